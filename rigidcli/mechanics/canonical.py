@@ -9,15 +9,27 @@ Mechanics, 3rd edition, sections 9.1, 9.4 and 9.5.
 
 The way back is the one on the branch that holds at a point: where roots are taken, or an angle is given by
 its tangent, it may be another elsewhere.
+
+A generating function F of the old variables q, p and the new ones Q, P has one half of each:
+
+    F1(q, Q, t):    p = dF/dq      P = -dF/dQ
+    F2(q, P, t):    p = dF/dq      Q =  dF/dP
+    F3(p, Q, t):    q = -dF/dp     P = -dF/dQ
+    F4(p, P, t):    q = -dF/dp     Q =  dF/dP
+
+and K = H + dF/dt, the derivative at fixed arguments. The relations are a change of variables where the matrix
+of mixed derivatives of F is invertible (table 9.1 there).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
+
+import numpy as np
 
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
@@ -27,13 +39,12 @@ from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.mechanics.inversion import solutions
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket, linear
-from rigidcli.mechanics.undoing import solutions
 
 
 def brackets(values: Mapping[str, Expr], pairs: Phase, phase: Phase) -> dict[tuple[str, str], Expr]:
@@ -166,7 +177,6 @@ def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Ph
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
-    """The values of an unknown for which an equation may hold, as far as undoing leads to them."""
     with suppress(ExpressionError, ComputationError):
         yield from (value for value, _, _ in solutions(equation, unknown))
 
@@ -207,16 +217,6 @@ class NewHamiltonian:
     hamiltonian: Expr
     old: Mapping[str, Expr]
     positive: tuple[str, ...]
-
-    def shorter(self, names: Collection[str]) -> NewHamiltonian:
-        """The same with K in the form for positive values of names, if it is shorter: sqrt(k/m)."""
-        e = self.hamiltonian
-        positive = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
-        form = from_tree(substitute(positive, {name: symbol(name) for name in names}).tree())
-        needed = None if form.nodes >= e.nodes else positive_names([e - form], ())
-        if needed is None:
-            return self
-        return replace(self, hamiltonian=form, positive=(*self.positive, *needed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -344,3 +344,96 @@ def _coefficient(e: Expr) -> Expr:
     with suppress(ComputationError):
         return in_lowest_terms(e)
     return tidy(e)
+
+
+_MOMENTA = {"F1": (False, False), "F2": (False, True), "F3": (True, False), "F4": (True, True)}
+"""Whether the old, and the new arguments of a function are momenta."""
+
+SINGULAR = 1e-9
+"""A matrix whose least singular value is below this share of its largest entry counts as singular."""
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """The change that a generating function makes.
+
+    `relations` are the other old and new variables as functions of its arguments. `old` are the old
+    variables as functions of the new ones, and `new` the new ones by the old ones; each is None where the
+    relations are not solved for it. `rate` is dF/dt at fixed arguments.
+    """
+
+    relations: Mapping[str, Expr]
+    old: Mapping[str, Expr] | None
+    new: Mapping[str, Expr] | None
+    rate: Expr
+
+
+def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
+    """The change of variables by a function of a type, such as "F1".
+
+    Raises ComputationError where its mixed derivatives are not those of a change of variables.
+    """
+    befores, afters = (
+        phase.momenta if is_momentum else phase.coordinates
+        for phase, is_momentum in zip((old, new), _MOMENTA[kind], strict=True)
+    )
+    mixed = [[derivative(derivative(function, a), b) for b in afters] for a in befores]
+    relations = {}
+    for phase, names in ((old, befores), (new, afters)):
+        for name in names:
+            # p = dF/dq and Q = dF/dP, but q = -dF/dp and P = -dF/dQ.
+            sign = 1 if (phase is old) == (name in phase.coordinates) else -1
+            relations[_partner(name, phase)] = tidy(sign * derivative(function, name))
+    point = _point(function, relations, mixed)
+    if point is None:
+        raise ComputationError(
+            f"{kind} generates no change of variables: the determinant of its mixed derivatives by "
+            f"{', '.join(befores)} and {', '.join(afters)} vanishes",
+            hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
+        )
+    signs = RootSigns(point)
+    return Generated(
+        relations,
+        _solved(relations, old, befores, [_partner(b, new) for b in afters], signs),
+        _solved(relations, new, afters, [_partner(a, old) for a in befores], signs),
+        derivative(function, TIME),
+    )
+
+
+def _partner(name: str, phase: Phase) -> str:
+    names = phase.names
+    return names[(names.index(name) + len(phase.coordinates)) % len(names)]
+
+
+def _point(
+    function: Expr, relations: Mapping[str, Expr], mixed: Sequence[Sequence[Expr]]
+) -> dict[str, float] | None:
+    """Values of all variables that agree, with positive arguments; None for a singular mixed matrix."""
+    names = {name for e in (function, *relations.values()) for name in e.names}
+    for sample in sample_points(sorted(names), {}):
+        here = RootSigns(sample)
+        values = {name: here.value(e) for name, e in relations.items()}
+        matrix = [[here.value(e) for e in row] for row in mixed]
+        if all(map(math.isfinite, (*values.values(), *(x for row in matrix for x in row)))):
+            # A change of variables needs an invertible matrix.
+            tolerance = SINGULAR * max(abs(x) for row in matrix for x in row)
+            rank = np.linalg.matrix_rank(np.array(matrix), tol=tolerance)
+            return {**sample, **values} if rank == len(matrix) else None
+    return None
+
+
+def _solved(
+    relations: Mapping[str, Expr],
+    side: Phase,
+    unknowns: Sequence[str],
+    given: Sequence[str],
+    signs: RootSigns,
+) -> dict[str, Expr] | None:
+    """One side as functions of the other: its `unknowns` from the relations for the `given` variables."""
+    equations = [symbol(name) - relations[name] for name in given]
+    found = solution(equations, unknowns, Allowance(MOST_TRIALS), signs)
+    if found is None:
+        return None
+    return {
+        name: tidy(found[name] if name in found else signs.put(relations[name], found)) for name in side.names
+    }

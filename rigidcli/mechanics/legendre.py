@@ -3,32 +3,48 @@
     p_i = dL/dv_i,   H(q, p, t) = sum_i p_i v_i - L
 
 Where L is quadratic in the velocities, L = v.M.v/2 + b.v - V, nothing is solved but M v = p - b, block by
-block, and H = (p - b).M^-1.(p - b)/2 + V (`quadratic_energy`). Velocities that the mass matrix does not
-couple are inverted apart, by `velocity_inversion` where L is not quadratic in them. What has no closed form
+block, and H = (p - b).M^-1.(p - b)/2 + V. Velocities that the mass matrix does not
+couple are inverted apart, by `inversion` where L is not quadratic in them. What has no closed form
 is left implicit: it can be evaluated, but not written.
 
 Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 8.1; in its matrix form
 there T = v.T.v/2 and a = b. Here no velocity is eliminated by a general solver, and H is not simplified as a
 whole, but coefficient by coefficient.
+
+The energy P.M^-1.P/2 of a block has several forms, of which the shortest is taken: sums of squares by
+M = L D L^T; the inverse matrix; and what follows from a kinetic energy that was typed as a sum of squares
+sum_k a_k (w_k.v)^2. Of n squares in n velocities the momenta pi_k with P = W^T pi give sum_k pi_k^2/(4 a_k).
+Of any number of squares in two velocities
+
+    H = sum_k a_k (w_k x P)^2 / (4 sum_kl a_k a_l (w_k x w_l)^2)
+
+by the formula of Cauchy and Binet. Where M is indefinite, as a metric of space and time is, its entries pass
+zero at places where H has no pole. No square is completed there but by an entry of parameters alone.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import product as combinations
-from typing import NamedTuple
+from fractions import Fraction
+from itertools import combinations, combinations_with_replacement
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
 
 from rigidcli.algebra import matrices
+from rigidcli.algebra.atoms import Group, Symbol
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients, expand, has_degrees
-from rigidcli.algebra.expressions import ZERO, Expr, factored, product, symbol, total
+from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, product, symbol, total
+from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import sampled
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.quadratic_energy import Squares, of_blocks, typed_squares
-from rigidcli.mechanics.velocity_inversion import Branch, inverted
+from rigidcli.mechanics.inversion import Branch, inverted
 
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
@@ -176,7 +192,7 @@ def _mixed(
         rest = own[0].hamiltonian
         for v, velocity in zip(kept, own[0].velocities, strict=True):
             rates[velocities.index(v)] = velocity
-    chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
+    chosen = itertools.product(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
     return [_joined(choice, curved, rates, rest - still) for choice in chosen]
 
 
@@ -226,3 +242,223 @@ def _joined(
         tuple(e for branch in chosen for e in branch.region),
         next((branch.period for branch in chosen if branch.period is not None), None),
     )
+
+
+FEW_NODES = 70
+"""Nodes of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines of text."""
+
+MOST_COUPLED = 6
+"""Velocities that all act on each other, beyond which the squares are too long in any case."""
+
+MOST_ROWS = 5
+"""The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
+
+MOST_NODES_TO_TIDY = 200
+"""The most nodes of a velocity that is made shorter: about ten lines of text."""
+
+MOST_NODES = 2_000
+"""The most nodes of the entries, taken together, that are worked out for a sum of squares: a few pages."""
+
+HALF = Fraction(1, 2)
+
+Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
+"""Pairs of a factor a and the row w of coefficients of the velocities in a (w.v)^2."""
+
+
+class Energy(NamedTuple):
+    """H of some momenta, and what works out the velocities that they have."""
+
+    hamiltonian: Expr
+    velocities: Callable[[], Sequence[Expr]]
+
+
+def energy(
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
+) -> Energy | None:
+    """H = P.M^-1.P/2 of a block (n by n); None where all forms are too long to print.
+
+    `typed` are the squares as whose sum the energy of the velocities was typed, or else it is the sum of the
+    squares of velocities of `particles`.
+    """
+    definite = _is_definite(matrix, coordinates)
+    inside = [(a, row) for a, row in typed if any(row)]
+    energies: list[Energy] = []
+    if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
+        form = _as_squares(matrix, momenta)
+        energies += [] if form is None else [form]
+    if not energies or energies[0].hamiltonian.nodes > FEW_NODES:
+        fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
+        most = matrices.FEW_TERMS if energies else matrices.MOST_TERMS
+        energies = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *energies]
+    if not energies:
+        return None
+    squares = inside or [(a, row) for a, row in particles if any(row)]
+    forms = [*(form.hamiltonian for form in energies), *_by_rows(squares, momenta)]
+    return Energy(shortest(forms), energies[0].velocities)
+
+
+def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
+    """Whether M is definite wherever random points of coordinates and positive parameters show it."""
+    entries = [entry for row in matrix for entry in row]
+    values = sampled(entries, {}, count=8, signed=coordinates)
+    if values is None:
+        return True
+    eigenvalues = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+    return bool((eigenvalues > 0).all() or (eigenvalues < 0).all())
+
+
+def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
+    """Whether an entry is a product of parameters: it vanishes nowhere."""
+    return len(entry.terms) == 1 and entry.names.isdisjoint(coordinates)
+
+
+def _by_inverse(
+    inverse: Matrix | None, matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]
+) -> Iterator[Energy]:
+    """H from the inverse matrix: of two momenta as squares by the `pivots`, or entry by entry."""
+    if inverse is None:
+        return
+    size = range(len(momenta))
+
+    def velocities() -> Sequence[Expr]:
+        return [tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size]
+
+    if len(momenta) == 2:
+        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
+        for j in reversed(pivots):
+            square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
+            whole = inverse[1 - j][1 - j] * HALF * square**2
+            yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)
+    if len(momenta) > 2 or len(pivots) < 2:
+        pairs = combinations_with_replacement(size, 2)
+        parts = [inverse[i][j] * (HALF if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs]
+        forms = [total(parts), tidy(total(parts))]
+        yield Energy(shortest([e for e in forms if not _is_multiple(e, momenta)] or forms), velocities)
+
+
+def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
+    """Whether a momentum is taken out of all terms, as nobody writes an energy."""
+    return len(e.terms) == 1 and any(atom in dict(*e.terms) for p in momenta for atom in p.atoms)
+
+
+def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
+    """H as a sum of as many squares as momenta, by the shortest entries first.
+
+    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
+    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no
+    entry to begin with, or the squares become too long to be of use.
+    """
+    rows, left, length, size = [list(row) for row in matrix], set(range(len(matrix))), 0, range(len(matrix))
+    Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
+    done: list[tuple[Expr, Expr, Sequence[Expr]]] = []
+    while left:
+        lengths = {i: rows[i][i].nodes for i in left if rows[i][i]}
+        if not lengths:
+            return None
+        k = min(lengths, key=lambda i: (lengths[i], i))
+        left.remove(k)
+        done.append((Q[k], rows[k][k], slopes[k]))
+        others = {j: tidy(rows[k][j] / rows[k][k]) for j in sorted(left) if rows[k][j]}
+        changed = {
+            (i, j): rows[i][j] - a * b * rows[k][k]
+            for (i, a), (j, b) in combinations_with_replacement(others.items(), 2)
+        }
+        length += sum(entry.nodes for entry in changed.values())
+        if length > MOST_NODES:
+            return None
+        for (i, j), entry in changed.items():
+            rows[i][j] = rows[j][i] = tidy(entry)
+        for j, factor in others.items():
+            Q[j] -= factor * Q[k]
+            slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
+
+    def velocities() -> Sequence[Expr]:
+        rates = [total(slope[j] * q / d for q, d, slope in done) for j in size]
+        return [v if v.nodes > MOST_NODES_TO_TIDY else tidy(v) for v in rates]
+
+    return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
+
+
+def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
+    """H by the rows of the squares as they were typed, as far as these allow."""
+    size, rows = len(momenta), [row for _, row in squares]
+    if size == len(squares) <= MOST_ROWS and size > 1:
+        whole = tidy(matrices.determinant(rows))
+        if whole:
+            parts: dict[Expr, list[Expr]] = {}
+            for k, (factor, _) in enumerate(squares):
+                minors = (matrices.minor(rows, k, i) * (-1) ** (i + k) for i in range(size))
+                momentum = total(tidy(m / whole) * p for m, p in zip(minors, momenta, strict=True))
+                parts.setdefault(tidy(1 / (4 * factor)), []).append(tidy(momentum) ** 2)
+            # A factor stands in front of its squares, or at each of them.
+            yield total(
+                shortest([factor * tidy(total(own)), total(factor * e for e in own)])
+                for factor, own in parts.items()
+            )
+    elif size == 2 and len(squares) > 2:
+        above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
+        pairs = combinations(squares, 2)
+        below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
+        if below:
+            yield shortest([above / below, tidy(above / below)])
+
+
+def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
+    return u[0] * w[1] - u[1] * w[0]
+
+
+def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
+    """The squares whose sum the terms of degree 2 are, as they are typed; none where there are others."""
+    try:
+        return list(_squares(e, velocities, ONE))
+    except ValueError:
+        return []
+
+
+def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple[Expr, Sequence[Expr]]]:
+    """The squares in a sum behind a factor. Raises ValueError where there are other terms."""
+    size = len(velocities)
+    for monomial, number in e.terms.items():
+        moving = [(atom, n) for atom, n in monomial if not atom.names.isdisjoint(velocities)]
+        if not moving:
+            continue
+        ((atom, exponent), *others) = moving
+        if others or exponent not in (1, 2) or not isinstance(atom, Symbol | Group):
+            raise ValueError("no square")
+        kept = factor * gathered(number, {other: n for other, n in monomial if other is not atom})
+        inner = atom.inner if isinstance(atom, Group) else Expr({((atom, 1),): 1})
+        polynomial = coefficients(inner, velocities)
+        if has_degrees(polynomial, 0, 1):
+            if exponent == 2:
+                yield kept, [coefficient(polynomial, size, place) for place in range(size)]
+        elif exponent == 1:
+            yield from _squares(inner, velocities, kept)
+        else:
+            raise ValueError("no square")
+
+
+def of_blocks(
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
+) -> tuple[list[Expr], list[Expr]] | None:
+    """The velocities (n), and the terms of H = P.M^-1.P/2, block by block; None where one is too long."""
+    velocities, parts = [ZERO] * len(momenta), list[Expr]()
+    alone: dict[Expr, list[Expr]] = {}
+    for block in matrices.blocks(matrix):
+        own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
+        if len(block) == 1:
+            factor, square = tidy(1 / own[0][0]) / 2, P[0] ** 2
+            velocities[block[0]] = tidy(P[0] / own[0][0])
+            if len(P[0].terms) == 1:
+                alone.setdefault(factor, []).append(square)
+            else:
+                parts.append(factor * square)
+            continue
+        ours, theirs = ([(a, [row[i] for i in block]) for a, row in rows] for rows in (typed, particles))
+        form = energy(own, P, ours, theirs, coordinates)
+        if form is None:
+            return None
+        parts.append(form.hamiltonian)
+        for place, velocity in zip(block, form.velocities(), strict=True):
+            velocities[place] = velocity
+    # Squares with the same factor are in one bracket.
+    return velocities, [*parts, *(factor * total(terms) for factor, terms in alone.items())]

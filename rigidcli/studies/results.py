@@ -53,3 +53,8 @@ def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: 
     for name, change in changes.items():
         setattr(field, name, change)
     return field
+
+
+def celled(key: str, value: Value, title: str = "", symbol: str = "", **changes: Any) -> Field:
+    """The field of a result whose key has a name of the document in it, which is its cell of CSV, too."""
+    return Field(key, value, title, symbol, cells={key: ()}, **changes)

@@ -17,8 +17,8 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from rigidcli.language.tree import Node
+from rigidcli.mechanics.inversion import Branch
 from rigidcli.mechanics.legendre import canonical_momenta, legendre_transform
-from rigidcli.mechanics.velocity_inversion import Branch
 from tests.trees import CONTEXT, expression, value, written
 
 few = settings(max_examples=8, phases=[Phase.explicit, Phase.reuse, Phase.generate])

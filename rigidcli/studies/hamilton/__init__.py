@@ -23,13 +23,13 @@ from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, find
-from rigidcli.studies.hamilton.style import as_typed
+from rigidcli.studies.hamilton.system import as_typed
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import field_of
+from rigidcli.studies.results import celled, field_of
 
 if TYPE_CHECKING:
     from rigidcli.core.libration import Libration
-    from rigidcli.mechanics.generating import Generated
+    from rigidcli.mechanics.canonical import Generated
     from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -218,8 +218,8 @@ def _by_name(
     fields = []
     for name, e in zip(names, values, strict=True):
         title, sign = titled(name)
-        path, title = f"{key}.{name}", "" if _is_long(e) else title
-        fields.append(Field(path, e, title, sign, cells={path: ()}, diagnostic=name in hidden))
+        title = "" if _is_long(e) else title
+        fields.append(celled(f"{key}.{name}", e, title, sign, diagnostic=name in hidden))
     return fields
 
 
@@ -256,9 +256,9 @@ def _routhian(findings: Findings) -> list[Field]:
         return []
     if not 0 < len(cyclic) < len(derivation.phase.coordinates) or constraints or not derivation.is_short:
         return []
-    from rigidcli.studies.hamilton import steady
+    from rigidcli.studies.hamilton.oscillations import routhian_without_motion
 
-    return steady.fields_without_motion(findings.document, derivation)
+    return routhian_without_motion(findings.document, derivation)
 
 
 def _invariants(findings: Findings) -> list[Field]:

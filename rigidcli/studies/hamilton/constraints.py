@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,8 +30,8 @@ from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Column, Field, Step, Table, yes_or_no
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms
-from rigidcli.studies.hamilton.style import as_typed
-from rigidcli.studies.results import field_of
+from rigidcli.studies.hamilton.system import as_typed
+from rigidcli.studies.results import celled, field_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,19 +109,15 @@ def fields(derivation: Derivation) -> list[Field]:
     shown = [field_of("hamilton", "degrees_of_freedom", len(phase.coordinates) - len(limits))]
     if derivation.multipliers is None or derivation.constraint_forces is None:
         return [*shown, Field("multipliers", None), Field("constraint_forces", None)]
-    solved = zip([one.name for one in limits], derivation.multipliers, strict=True)
-    shown += [_named(f"multipliers.{name}", e, name, latex_name(name)) for name, e in solved]
-    forces = zip(phase.coordinates, derivation.constraint_forces, strict=True)
-    for q, e in forces:
-        sign = f"R_{{{latex_name(q)}}}"
-        entry = _named(f"constraint_forces.{q}", e, f"force of constraint, {q}", sign)
+    for one, e in zip(limits, derivation.multipliers, strict=True):
+        shown.append(celled(f"multipliers.{one.name}", e, one.name, latex_name(one.name)))
+    for q, e in zip(phase.coordinates, derivation.constraint_forces, strict=True):
         # A force that is a multiplier is shown already.
-        shown.append(replace(entry, diagnostic=e.is_zero or e in derivation.multipliers))
+        is_shown = e.is_zero or e in derivation.multipliers
+        sign = f"R_{{{latex_name(q)}}}"
+        key, title = f"constraint_forces.{q}", f"force of constraint, {q}"
+        shown.append(celled(key, e, title, sign, diagnostic=is_shown))
     return shown
-
-
-def _named(key: str, e: Expr, title: str, sign: str) -> Field:
-    return Field(key, e, title, sign, cells={key: ()})
 
 
 def tables(derivation: Derivation, document: Document) -> list[Table]:

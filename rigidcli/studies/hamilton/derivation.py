@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -25,16 +25,19 @@ from rigidcli.document.phase_space import acceleration
 from rigidcli.document.system import System
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
+from rigidcli.mechanics.inversion import Branch
 from rigidcli.mechanics.lagrange_equations import (
     LagrangeEquations,
+    fixed,
     lagrange_equations,
+    multipliers,
     primary_constraints,
     rank,
+    reactions,
 )
 from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.particles import squares
 from rigidcli.mechanics.phase_space import TIME, Phase, equations, is_constant_in, linear, steps
-from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 
 MOST_RESIDUAL = 1e-6
@@ -128,8 +131,6 @@ class Derivation:
     @cached_property
     def multipliers_anywhere(self) -> tuple[Expr, ...] | None:
         """The multipliers in coordinates, velocities and t, also off the constraints; None if too long."""
-        from rigidcli.mechanics.constraints import multipliers
-
         limits, lagrange = self.system.constraints, self.lagrange
         with suppress(ExpressionError):
             if lagrange is not None:
@@ -145,8 +146,6 @@ class Derivation:
 
     @cached_property
     def _fixed(self) -> dict[str, Expr]:
-        from rigidcli.mechanics.constraints import fixed
-
         names = zip(self.phase.coordinates, self.velocity_names, strict=True)
         return fixed(self.system.constraints, dict(names))
 
@@ -165,12 +164,10 @@ class Derivation:
         """The generalized forces of the constraints, with the multipliers put in."""
         if self.multipliers is None:
             return None
-        from rigidcli.mechanics.constraints import reactions
-
         free = reactions(self.system.constraints, len(self.phase.coordinates))
         return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
 
-    @cached_property
+    @property
     def _of_constraints(self) -> dict[str, Expr]:
         """The values of the multipliers, and of the coordinates and velocities that constraints fix."""
         names = (one.name for one in self.system.constraints)
@@ -267,24 +264,8 @@ class Derivation:
         return tidy(hamiltonian + substitute(excess, solved))
 
 
-@dataclass(frozen=True, slots=True)
-class _Given:
-    """A document with the key of its derivation in the cache: `text` is everything but parameter values.
-
-    Their signs are in the key, as roots of positive parameters are shorter.
-    """
-
-    text: str
-    document: Document = field(compare=False)
-    values: Mapping[str, Expr] = field(compare=False)
-
-    @classmethod
-    def by(cls, document: Document) -> _Given:
-        """The key of a document. Raises ExpressionError where a parameter has no exact value."""
-        values = known_values(document)
-        derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
-        negative = [name for name, e in values.items() if float(e) <= 0]
-        return cls(repr((document.system, derived, *values, negative)), document, values)
+_LAST: dict[str, tuple[Derivation, Mapping[str, Expr]]] = {}
+"""The last derivation, by all of its document but values, with the values for which it was made."""
 
 
 def derive(document: Document) -> Derivation:
@@ -293,26 +274,29 @@ def derive(document: Document) -> Derivation:
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
     try:
-        given = _Given.by(document)
-        derivation, known = _derived(given)
-        if derivation.momenta is None or known == given.values:
+        values = known_values(document)
+        derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
+        # Roots of positive parameters are shorter, so that signs count.
+        negative = [name for name, e in values.items() if float(e) <= 0]
+        key = repr((document.system, derived, *values, negative))
+        last = _LAST.get(key)
+        if last is None:
+            last = _worked(document, values), values
+            _LAST.clear()
+            _LAST[key] = last
+        derivation, known = last
+        if derivation.momenta is None or known == values:
             return derivation
         if not derivation.branches or any(branch.region for branch in derivation.branches):
-            return _worked(given)
-        _require_regular(derivation.momenta, derivation.phase, derivation.velocity_names, given.values)
+            return _worked(document, values)
+        _require_regular(derivation.momenta, derivation.phase, derivation.velocity_names, values)
         return derivation
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
 
 
-@lru_cache(maxsize=1)
-def _derived(given: _Given) -> tuple[Derivation, Mapping[str, Expr]]:
-    """A derivation with the parameter values for which it was made."""
-    return _worked(given), given.values
-
-
-def _worked(given: _Given) -> Derivation:
-    functions, system = system_functions(given.document), given.document.system
+def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
+    functions, system = system_functions(document), document.system
     assert system is not None
     if functions.lagrangian is None and functions.constraints:
         functions = _with_lagrangian(functions, system)
@@ -320,8 +304,8 @@ def _worked(given: _Given) -> Derivation:
     if functions.lagrangian is None:
         return derivation
     momenta = canonical_momenta(functions.lagrangian, system.velocities)
-    _require_regular(momenta, derivation.phase, system.velocities, given.values)
-    return _inverted(replace(derivation, momenta=momenta), given.values)
+    _require_regular(momenta, derivation.phase, system.velocities, values)
+    return _inverted(replace(derivation, momenta=momenta), values)
 
 
 def _with_lagrangian(functions: SystemFunctions, system: System) -> SystemFunctions:

@@ -182,28 +182,18 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         return None
     motion = LinearMotion.of_matrix(matrix)
     try:
-        return _responses(document, derivation, motion, is_driven, is_damped)
+        forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
+        if forces is None:
+            return None
+        names = derivation.phase.coordinates
+        found = [_response(document, names, motion, force) for force in forces if is_driven]
+        (m,), (c,), (k,) = (row[0][:1] for row in motion.parts)
+        has_quality = is_damped and sign(c) == 1 and sign(k) == 1
+        quality = _value(document, tidy(sqrt(k * m) / c)) if has_quality else None
+        responses = tuple(one for one in found if one is not None)
+        return Driven(responses, quality, motion, _grows(motion, known_values(document)))
     except ExpressionError as error:
         return Driven((), None, motion, trouble=error.message)
-
-
-def _responses(
-    document: Document, derivation: Derivation, motion: LinearMotion, is_driven: bool, is_damped: bool
-) -> Driven | None:
-    assert derivation.linear is not None
-    matrix, offset = derivation.linear
-    forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
-    if forces is None:
-        return None
-    names = derivation.phase.coordinates
-    found = [_response(document, names, motion, force) for force in forces if is_driven]
-    quality: Quantity = None
-    if is_damped:
-        (m,), (c,), (k,) = (row[0] for row in motion.parts)
-        if sign(c) == 1 and sign(k) == 1:
-            quality = _value(document, tidy(sqrt(k * m) / c))
-    responses = tuple(one for one in found if one is not None)
-    return Driven(responses, quality, motion, _grows(motion, known_values(document)))
 
 
 def _grows(motion: LinearMotion, values: Mapping[str, Expr]) -> bool:
@@ -273,7 +263,7 @@ def _response(
         amplitude, phase, growth = _in_numbers(names, motion, force, known)
     elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
         # The amplitude grows by F/(2 m w) a second.
-        grown = _size(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
+        grown = abs(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
         amplitude, phase, growth = {**growth}, {**growth}, {names[0]: _value(document, tidy(grown))}
     elif len(names) == 1 and not is_zero(imaginary[0][0]):
         amplitude, phase = _with_damping(document, names[0], motion, force, (real[0][0], imaginary[0][0]))
@@ -295,9 +285,11 @@ def _with_damping(
     (f,), (a, b) = force.amplitudes, pencil
     # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
     scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, motion.masses[0][0])]
-    amplitude = shortest([_size(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
+    amplitude = shortest([abs(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
     lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
-    return {q: _value(document, amplitude)}, {q: _value(document, tidy(lag + _half_turn(f)))}
+    return {q: _value(document, amplitude)}, {
+        q: _value(document, tidy(lag + PI * (1 - apply("sign", f)) / 2))
+    }
 
 
 def _without_damping(
@@ -308,19 +300,10 @@ def _without_damping(
     inverse, whole = matrices.inverse(real), matrices.determinant(real)
     for q, row in zip(names, inverse or (), strict=False):
         answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
-        amplitude[q] = _value(document, _size(tidy(answer)))
+        amplitude[q] = _value(document, abs(tidy(answer)))
         side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
         phase[q] = _value(document, PI * (1 - side) / 2)
     return amplitude, phase
-
-
-def _size(e: Expr) -> Expr:
-    return apply("abs", e)
-
-
-def _half_turn(e: Expr) -> Expr:
-    """pi where an expression is negative, 0 where it is positive."""
-    return PI * (1 - apply("sign", e)) / 2
 
 
 def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
@@ -336,7 +319,7 @@ def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tupl
     rate = _value(document, apply("sqrt", squared))
     if is_zero(damping):
         return rate, None
-    return rate, _value(document, _size(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))))
+    return rate, _value(document, abs(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))))
 
 
 def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:
@@ -363,19 +346,16 @@ def _in_numbers(
         grown = np.abs(vectors[:, near] @ shares[near])[:size]
         answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
     grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
+
+    def shown(values: Floats, are_shown: NDArray[np.bool_]) -> dict[str, Quantity]:
+        pairs = zip(names, values, are_shown, strict=True)
+        return {q: float(x) if is_shown else None for q, x, is_shown in pairs}
+
     lags = -np.angle(answer) + 0.0
-    return (
-        {q: None if up else float(x) for q, up, x in zip(names, grows, np.abs(answer), strict=True)},
-        {q: None if up else float(x) for q, up, x in zip(names, grows, lags, strict=True)},
-        {
-            q: float(x) if up and np.isfinite(x) else None
-            for q, up, x in zip(names, grows, grown, strict=True)
-        },
-    )
+    return shown(np.abs(answer), ~grows), shown(lags, ~grows), shown(grown, grows & np.isfinite(grown))
 
 
 def _record(one: Response) -> dict[str, Any]:
-    """A response as JSON has it."""
     return {
         "force": one.force.function,
         "rate": one.rate,

@@ -6,7 +6,7 @@ velocities themselves are variables: M v' = dL/dq - (dp/dq) v - dp/dt.
 
 With constraints, too, the velocities are variables. Where the multipliers have no closed form, they and the
 accelerations a solve a system of linear equations: A is the matrix of the slopes of the constraints, r and c
-are what else stands in Lagrange's equations and in the differentiated constraints (`mechanics.constraints`).
+are what else stands in Lagrange's equations and in the differentiated constraints.
 
     [M  A^T] [   a   ]   [-r]
     [A   0 ] [-lambda] = [-c]

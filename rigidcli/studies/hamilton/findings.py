@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
+from rigidcli.mechanics.inversion import Branch
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import require_formulas
@@ -76,9 +76,9 @@ def find(
             observed.events if observed else {},
         )
         if len(derivation.phase.coordinates) == 1:
-            from rigidcli.studies.hamilton.periods import period
+            from rigidcli.studies.hamilton.sections import period
 
-            libration = period(derivation, initial, orbit)
+            libration = period(derivation, initial, orbit.coordinates[:, 0])
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 

@@ -27,7 +27,6 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero, sampled
-from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import columns
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import ENERGIES
@@ -43,6 +42,7 @@ from rigidcli.studies.hamilton.constraints import keeper
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations, terms
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.studies.results import celled
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -71,16 +71,11 @@ class Observable(NamedTuple):
         if orbit is not None:
             mean = orbit.means[key]
             is_noise = abs(mean) <= noise(orbit.trusted_digits) * orbit.scales[key]
-        yield _cell(f"{key}.expression", self.function, self.name, sign)
-        yield _cell(f"{key}.rate", self.rate, f"d{self.name}/dt", rf"\dot{{{sign}}}", words)
-        yield _cell(f"{key}.conserved", self.conserved)
-        mean_sign = rf"\langle {sign} \rangle"
-        yield _cell(f"{key}.mean", mean, f"mean of {self.name}", mean_sign, "0" if is_noise else "")
-
-
-def _cell(key: str, value: Expr | float | None, title: str = "", symbol: str = "", words: str = "") -> Field:
-    """A result with a cell of csv, which people do not see where it is missing."""
-    return if_known(Field(key, value, title, symbol, cells={key: ()}, words=words))
+        mean_sign, shown_mean = rf"\langle {sign} \rangle", "0" if is_noise else ""
+        yield if_known(celled(f"{key}.expression", self.function, self.name, sign))
+        yield if_known(celled(f"{key}.rate", self.rate, f"d{self.name}/dt", rf"\dot{{{sign}}}", words=words))
+        yield celled(f"{key}.conserved", self.conserved)
+        yield if_known(celled(f"{key}.mean", mean, f"mean of {self.name}", mean_sign, words=shown_mean))
 
 
 class NamedBracket(NamedTuple):
@@ -317,35 +312,22 @@ def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
 def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
     """The names of conserved quantities, found by their values at some points; None for one that has none."""
     moving, paths = [*derivation.phase.names, TIME], list(_paths(derivation))
-    known, vectors = dict(_momenta(paths)), list(_runge_lenz(paths))
-    sides = [e for _, *pair in vectors for e in pair]
+    known = dict([*_momenta(paths), *_runge_lenz(paths)])
     letters = {name for e in invariants for name in e.names}.difference(moving)
     fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
-    rows = sampled([*invariants, *known.values(), *sides], fixed, COMPARED_POINTS, moving)
+    functions = [*invariants, *(e for parts in known.values() for e in parts)]
+    rows = sampled(functions, fixed, COMPARED_POINTS, moving)
     if rows is None:
         return [None] * len(invariants)
-    columns = [*rows.T]
-    values, momenta, sides_at = np.split(rows.T, [len(invariants), len(columns) - len(sides)])
-    # A = p x L - c r/|r| with any c: what is left beside p x L is along r/|r|.
-    pairs = [*zip([words for words, *_ in vectors], sides_at[::2], sides_at[1::2], strict=True)]
+    values = dict(zip(functions, rows.T, strict=True))
 
-    def name(value: Floats) -> str | None:
-        for words, other in zip(known, momenta, strict=True):
-            if _is_multiple(value, other):
-                return words
-        for words, crossed, direction in pairs:
-            if any(_is_multiple(sign * value - crossed, direction) for sign in (1, -1)):
-                return words
-        return None
+    def is_made_of(e: Expr, parts: Sequence[Expr]) -> bool:
+        """Whether a function is a sum of others with constant factors."""
+        columns, value = np.column_stack([values[part] for part in parts]), values[e]
+        left = columns @ np.linalg.lstsq(columns, value, rcond=None)[0] - value
+        return bool(np.abs(left).max() <= SAME_RATIO * np.abs(value).max())
 
-    return list(map(name, values))
-
-
-def _is_multiple(values: Floats, of: Floats) -> bool:
-    """Whether values (k) are a constant, nonzero multiple of others."""
-    with np.errstate(all="ignore"):
-        ratios = values / of
-    return bool(np.ptp(ratios) <= SAME_RATIO * np.abs(ratios).max()) and bool(ratios.any())
+    return [next((name for name, parts in known.items() if is_made_of(e, parts)), None) for e in invariants]
 
 
 def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
@@ -366,25 +348,21 @@ def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
     yield from found.values()
 
 
-def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, Expr]]:
+def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
     """Total momenta, and angular momenta about the axes."""
     whole = "total " if len(paths) > 1 else ""
     for axis in "xyz":
         parts = [one[axis][1] for one in paths if axis in one]
         if parts:
-            yield f"{whole}momentum along {axis}", total(parts)
+            yield f"{whole}momentum along {axis}", [total(parts)]
     for axis, a, b in (("x", "y", "z"), ("y", "z", "x"), ("z", "x", "y")):
-        turns = [_turn(one, a, b) for one in paths if a in one and b in one]
+        turns = [one[a][0] * one[b][1] - one[b][0] * one[a][1] for one in paths if a in one and b in one]
         if turns:
-            yield f"{whole}angular momentum about {axis}", total(turns)
+            yield f"{whole}angular momentum about {axis}", [total(turns)]
 
 
-def _turn(one: dict[str, tuple[Expr, Expr]], a: str, b: str) -> Expr:
-    return one[a][0] * one[b][1] - one[b][0] * one[a][1]
-
-
-def _runge_lenz(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, Expr, Expr]]:
-    """For each axis p x L = r p^2 - p (r.p) and r/|r| of a single particle, along that axis."""
+def _runge_lenz(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
+    """The parts of A = p x L - c r/|r| of a single particle along each axis; p x L = r p^2 - p (r.p)."""
     if len(paths) != 1 or len(paths[0]) < 2:
         return
     (one,) = paths
@@ -392,4 +370,4 @@ def _runge_lenz(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple
     along = total(q * p for q, p in one.values())
     distance = apply("sqrt", total(q * q for q, _ in one.values()))
     for axis, (q, p) in one.items():
-        yield f"Runge-Lenz vector along {axis}", q * squared - p * along, q / distance
+        yield f"Runge-Lenz vector along {axis}", [q * squared - p * along, q / distance]

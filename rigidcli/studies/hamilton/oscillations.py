@@ -1,10 +1,10 @@
-"""The equilibrium that a document gives, or asks to find, its small oscillations, and their report."""
+"""The equilibrium or steady motion of a document, which may be searched for, and its small oscillations."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import starmap
 from typing import Any, NamedTuple, cast
@@ -23,12 +23,13 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
-from rigidcli.document.phase_space import Equilibrium
-from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.document.phase_space import Equilibrium, momentum, velocity
+from rigidcli.errors import ComputationError, DocumentError, ExpressionError, Problem
 from rigidcli.language import code
+from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics import small_oscillations
-from rigidcli.mechanics.phase_space import TIME
+from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.mechanics.small_oscillations import (
     DIGITS_OF_RATES,
     ROUNDING,
@@ -36,14 +37,21 @@ from rigidcli.mechanics.small_oscillations import (
     LinearMotion,
     Root,
     Vector,
+    momenta_at_rest,
     spectrum,
 )
+from rigidcli.mechanics.steady import routhian, steady_rates, written
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.common import require_values
-from rigidcli.studies.hamilton import steady
+from rigidcli.studies.common import if_known, require_values
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.style import style_of
-from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
+from rigidcli.studies.hamilton.system import (
+    SystemFunctions,
+    derived_parameters,
+    known_values,
+    require_formulas,
+    style_of,
+)
+from rigidcli.studies.results import celled, field_of
 
 EQUILIBRIUM_KEY = "equilibrium"
 """The key under which a document gives the equilibrium."""
@@ -69,6 +77,23 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 
 
 @dataclass(frozen=True, slots=True)
+class SteadyMotion:
+    """The values of the cyclic rates and momenta, the Routhian, and the effective potential.
+
+    The Routhian and the potential are functions of the momenta, and None where they have not one closed form.
+    """
+
+    values: Mapping[str, float | Expr]
+    routhian: Expr | None
+    potential: Expr | None
+
+    def fields(self) -> list[Field]:
+        """Report the steady motion as JSON has it; people see the Routhian in a verbose look."""
+        rates = [celled(f"steady.{q}", e, f"steady, {q}", latex_name(q)) for q, e in self.values.items()]
+        return [*rates, *_routhian_fields(self.potential, self.routhian)]
+
+
+@dataclass(frozen=True, slots=True)
 class Oscillations:
     """An equilibrium `place`, the linear `motion` about it, and its `roots`, None if they have no form."""
 
@@ -77,7 +102,7 @@ class Oscillations:
     motion: LinearMotion
     roots: Sequence[Root] | None
     notes: tuple[str, ...]
-    steady: steady.SteadyMotion | None = None
+    steady: SteadyMotion | None = None
 
     @property
     def modes(self) -> list[tuple[Root, Vector]]:
@@ -90,13 +115,13 @@ class Oscillations:
         rates = [root.rate for root, _ in self.modes]
         kind = object if any(isinstance(rate, Expr) for rate in rates) else float
         cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
-        keys = {f"equilibrium.{name}": (name, e) for name, e in self.place.items()}
+        places = (
+            celled(f"equilibrium.{q}", e, f"equilibrium, {q}", diagnostic=self.is_given)
+            for q, e in self.place.items()
+        )
         return [
-            *([] if self.steady is None else steady.fields(self.steady)),
-            *(
-                Field(key, e, f"equilibrium, {name}", cells={key: ()}, diagnostic=self.is_given)
-                for key, (name, e) in keys.items()
-            ),
+            *([] if self.steady is None else self.steady.fields()),
+            *places,
             Field("modes", modes),
             Field("", np.array(rates, dtype=kind), cells=cells),
         ]
@@ -141,8 +166,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     try:
         left, momenta, turning = derivation, dict[str, Expr](), tuple[str, ...]()
         if equilibrium.turning:
-            momenta, turning = steady.cyclic_momenta(document, equilibrium, derivation)
-            left = steady.reduced(derivation, equilibrium, momenta)
+            momenta, turning = cyclic_momenta(document, equilibrium, derivation)
+            left = reduced(derivation, equilibrium, momenta)
         forces, at_rest = _forces_at_rest(document, left)
         names = left.phase.coordinates
         find = _found_place if equilibrium.is_sought else _given_place
@@ -155,7 +180,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         steadily = None
         if equilibrium.turning:
             is_open = document.exact_results and not equilibrium.is_sought
-            steadily = steady.steady(document, equilibrium, derivation, momenta, there, is_open)
+            steadily = steady_motion(document, equilibrium, derivation, momenta, there, is_open)
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", EQUILIBRIUM_KEY
@@ -299,7 +324,6 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
 
 
 def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
-    """Write notes on where a mode oscillates."""
     if roots is None:
         yield NO_MODES
     elif any(isinstance(root.rate, Expr) and root.rate.style.decimal for root in roots):
@@ -354,3 +378,115 @@ def _kind(root: Root) -> str:
     if not root.is_stable:
         return "grows" if root.growth else "grows like a power of t"
     return "decays" if root.growth else "stable"
+
+
+def cyclic_momenta(
+    document: Document, equilibrium: Equilibrium, derivation: Derivation
+) -> tuple[dict[str, Expr], tuple[str, ...]]:
+    """The momenta of the coordinates that turn, by their names, and notes on the rate that is solved for.
+
+    Raises DocumentError where a coordinate is not cyclic, or there is no steady rate.
+    """
+    problems = list[Problem]()
+    for name in equilibrium.turning:
+        if name not in derivation.conserved_momenta:
+            why = f"{'a force acts along' if name in derivation.cyclic else 'the system depends on'} {name}"
+            hint = f"give a value of {name}; cyclic: {', '.join(derivation.conserved_momenta) or 'nothing'}"
+            key = name if name == equilibrium.steady else momentum(name)
+            message = f"{momentum(name)} is not conserved: {why}"
+            problems.append(document.problem(message, f"equilibrium.{key}", hint=hint))
+    if problems:
+        raise DocumentError(problems)
+    if derivation.equations is None:
+        raise ComputationError("a steady motion needs Hamilton's equations, which are not written here")
+    derived = derived_parameters(document)
+    known = {} if document.exact_results else known_values(document)
+
+    def read(values: Mapping[str, Expression]) -> dict[str, Expr]:
+        return {q: substitute(from_tree(e.root, derived), known) for q, e in values.items()}
+
+    momenta = {momentum(q): p for q, p in read(equilibrium.momenta).items()}
+    steadily = equilibrium.steady
+    if steadily is None:
+        return momenta, ()
+    left, place = reduced(derivation, equilibrium, momenta), read(equilibrium.values)
+    assert left.equations is not None
+    size = len(left.phase.coordinates)
+    at_rest = momenta_at_rest(left.equations[:size], left.phase)
+    if at_rest is None:
+        raise ComputationError("the momenta of the system at rest do not follow from H")
+
+    def there(e: Expr) -> Expr:
+        return tidy(substitute(substitute(e, at_rest), {**known, **place}))
+
+    forces = {q: there(e) for q, e in zip(left.phase.coordinates, left.equations[size:], strict=True)}
+    rate = derivation.equations[derivation.phase.coordinates.index(steadily)]
+    rate = there(substitute(rate, momenta))
+    try:
+        found = steady_rates(forces, momentum(steadily), rate, known_values(document))
+    except ExpressionError as error:
+        message, key = f"no steady motion: {error.message}", f"equilibrium.{steadily}"
+        raise document.refusal(message, key, hint=error.hint) from error
+    second = [] if found.other is None else [f"{velocity(steadily)} = {written(found.other)}"]
+    notes = [f"a second steady rate is {text}" for text in second]
+    notes += [] if found.condition is None else [f"the motion is steady where {found.condition} > 0"]
+    return momenta | {momentum(steadily): found.momentum}, tuple(notes)
+
+
+def reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[str, Expr]) -> Derivation:
+    """The system of the coordinates that do not turn, with these values of the momenta of the others."""
+    phase, functions = derivation.phase, derivation.system
+    assert derivation.hamiltonian is not None
+    assert derivation.velocities is not None
+    rates = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
+    turned = {velocity(q): substitute(rates[velocity(q)], momenta) for q in equilibrium.turning}
+    places = [k for k, q in enumerate(phase.coordinates) if q not in equilibrium.turning]
+    forces = tuple(substitute(functions.forces[k], turned) for k in places)
+    system = SystemFunctions(None, substitute(derivation.hamiltonian, momenta), forces=forces)
+    names = Phase(*(tuple(part[k] for k in places) for part in (phase.coordinates, phase.momenta)))
+    return Derivation(names, tuple(derivation.velocity_names[k] for k in places), system)
+
+
+def steady_motion(
+    document: Document,
+    equilibrium: Equilibrium,
+    derivation: Derivation,
+    momenta: Mapping[str, Expr],
+    there: Mapping[str, Expr],
+    is_exact: bool,
+) -> SteadyMotion:
+    """The steady motion with these momenta at a place, which has the other coordinates and momenta."""
+    phase = derivation.phase
+    assert derivation.velocities is not None
+    values: dict[str, float | Expr] = {}
+    rates = dict(zip(phase.coordinates, derivation.velocities, strict=True))
+    place = {**there, **{name: substitute(p, there) for name, p in momenta.items()}}
+    for q in equilibrium.turning:
+        for name, e in ((velocity(q), tidy(substitute(rates[q], place))), (momentum(q), place[momentum(q)])):
+            values[name] = e if is_exact or e.names else float(e)
+    return SteadyMotion(values, *routhian_of(document, derivation, equilibrium.turning))
+
+
+def routhian_of(
+    document: Document, derivation: Derivation, cyclic: Collection[str]
+) -> tuple[Expr | None, Expr | None]:
+    """The Routhian without these cyclic coordinates, and minus the Routhian at rest, if they have a form."""
+    names, given = derivation.velocity_names, known_values(document)
+    assert derivation.hamiltonian is not None
+    found = routhian(
+        derivation.system.lagrangian, derivation.hamiltonian, derivation.phase, names, cyclic, given
+    )
+    if found is None:
+        return None, None
+    return found, tidy(-substitute(found, dict.fromkeys(names, ZERO)))
+
+
+def routhian_without_motion(document: Document, derivation: Derivation) -> list[Field]:
+    """The Routhian and the effective potential of a system with cyclic coordinates, in a verbose look."""
+    found, potential = routhian_of(document, derivation, derivation.conserved_momenta)
+    return [replace(entry, diagnostic=True) for entry in _routhian_fields(potential, found)]
+
+
+def _routhian_fields(potential: Expr | None, routhian: Expr | None) -> list[Field]:
+    pairs = (("effective_potential", potential), ("routhian", routhian))
+    return [if_known(field_of("hamilton", key, e)) for key, e in pairs]

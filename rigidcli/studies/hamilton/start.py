@@ -19,9 +19,9 @@ from rigidcli.document.document import Document
 from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.language import code
+from rigidcli.mechanics.inversion import Branch
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.constraints import Keeper, keeper
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import INITIAL_KEY, InitialState

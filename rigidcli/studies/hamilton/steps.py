@@ -22,19 +22,18 @@ from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Formula, Name, Negative, Node, Product, Sum, bound
-from rigidcli.mechanics.generating import Generated
+from rigidcli.mechanics.canonical import Generated
 from rigidcli.mechanics.particles import turning, velocity
 from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies import writing
 from rigidcli.studies.axes.steps import reduced, solution
-from rigidcli.studies.hamilton import constraints, sections, steady
+from rigidcli.studies.hamilton import constraints, sections
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
-from rigidcli.studies.hamilton.style import as_typed
-from rigidcli.studies.hamilton.system import known_values
+from rigidcli.studies.hamilton.system import as_typed, known_values
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 
 LONGEST_FORMULA = 300
@@ -91,7 +90,12 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         if findings.oscillations.steady is not None:
             kinds = ("routhian", "effective_potential", "steady")
             shown = [e for kind in kinds for e in fields if e.key.partition(".")[0] == kind]
-            yield steady.steps(tuple(map(_titled, shown)))
+            sentence = (
+                "The momenta of the cyclic coordinates are constants. R = L - sum p v over these coordinates "
+                "depends on the others alone, V_eff = -R at rest, and motion is steady where all slopes of "
+                "V_eff vanish."
+            )
+            yield Step("Steady motion", sentence, tuple(map(_titled, shown)))
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
         yield from _of_oscillations(findings.oscillations, findings.document, place)
     asked, orbit = findings.document.orbit, findings.orbit

@@ -1,25 +1,29 @@
-"""What a document says of a system: its Lagrangian or Hamiltonian, its energies, and its coordinates."""
+"""What a document says of a system, and results in its style: its decimals, and the order of its sums."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.trees import Style, is_even, to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
-from rigidcli.language.tree import Product, Sum, nodes
+from rigidcli.language.tree import Formula, Negative, Power, Product, Sum, nodes
+from rigidcli.mechanics.lagrange_equations import Constraint, constraint, first_dependent, reactions
 from rigidcli.mechanics.particles import Particle, kinetic, unnatural
 from rigidcli.mechanics.phase_space import TIME, linear
-
-if TYPE_CHECKING:
-    from rigidcli.mechanics.constraints import Constraint
+from rigidcli.report import Field
 
 
 class SystemFunctions(NamedTuple):
@@ -76,8 +80,6 @@ def system_functions(document: Document) -> SystemFunctions:
         forces = [force - tidy(derivative(lost, v)) for force, v in pairs]
     limits = _constraints(document, system, read) if system.constraints else ()
     if limits:
-        from rigidcli.mechanics.constraints import reactions
-
         forces = [a + b for a, b in zip(forces, reactions(limits, len(forces)), strict=True)]
     written = [e.root for e in (system.lagrangian, system.kinetic, system.potential) if e is not None]
     products = [part for part in nodes(written) if isinstance(part, Product)]
@@ -87,8 +89,6 @@ def system_functions(document: Document) -> SystemFunctions:
 
 def _constraints(document: Document, system: System, read: _Read) -> tuple[Constraint, ...]:
     """The constraints of a system. Raises DocumentError with all that are none, depend, or are too many."""
-    from rigidcli.mechanics.constraints import constraint, first_dependent
-
     rates, problems = dict(zip(system.coordinates, system.velocities, strict=True)), list[Problem]()
     found: list[Constraint] = []
     equations = system.constraints or {}
@@ -214,3 +214,70 @@ def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
     """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
     parts = linear([potential], system.velocities)
     return potential if parts is None else parts[1][0]
+
+
+DECIMAL = re.compile(r"\.\d|\de-")
+"""What the text of a decimal has, and no other part of an expression."""
+
+
+def style_of(document: Document) -> Style:
+    """How a document is typed: decimals (unless results are exact), sums, and the order of coordinates."""
+    decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
+    coordinates = () if document.system is None else document.system.coordinates
+    return Style(decimal, tuple(_typed_sums(document).items()), coordinates)
+
+
+def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
+    """Write results in the style of the document."""
+    style = style_of(document)
+    return [_styled(entry, style) for entry in fields]
+
+
+def _typed_sums(document: Document) -> dict[Sum, Sum]:
+    """Sums under even powers, as the algebra orders their terms, by the order in which they are typed."""
+    system, sums = document.system, dict[Sum, Sum]()
+    assert system is not None
+    values = derived_parameters(document)
+    written = [system.lagrangian, system.kinetic, system.potential, system.hamiltonian]
+    written += [particle.potential for particle in system.particles or ()]
+    for part in nodes(e.root for e in written if e is not None):
+        if isinstance(part, Power) and isinstance(part.base, Sum) and is_even(part.exponent):
+            terms = [from_tree(term, values) for term in part.base.terms]
+            typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
+            if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
+                sums.setdefault(square.base, typed)
+    for root in (equation.expression.root for equation in (system.constraints or {}).values()):
+        if isinstance(root, Sum):
+            terms = [from_tree(term, values) for term in root.terms]
+            whole, typed = to_tree(total(terms)), Sum(tuple(map(to_tree, terms)))
+            if isinstance(whole, Sum) and {*whole.terms} == {*typed.terms}:
+                sums.setdefault(whole, typed)
+    return sums
+
+
+def _has_terms(written: Sum, typed: Sum) -> bool:
+    """Whether one sum has the terms of the other in another order, or their negatives, the first positive."""
+    if isinstance(typed.terms[0], Negative):
+        return False
+    return {*written.terms} in ({*typed.terms}, {-term for term in typed.terms})
+
+
+def _styled(entry: Field, style: Style) -> Field:
+    """A result in a style, which reaches the expressions inside its lists, objects and arrays."""
+
+    def changed(value: Any) -> Any:
+        match value:
+            case Expr():
+                return value.styled(replace(style, decimal=style.decimal or value.style.decimal))
+            case Formula(exact=True):
+                return replace(value, root=replace(style, coordinates=()).of(value.root))
+            case list():
+                return list(map(changed, value))
+            case dict():
+                return {key: changed(inner) for key, inner in value.items()}
+            case np.ndarray() if value.dtype == object:
+                return np.array([*map(changed, value.flat)], dtype=object).reshape(value.shape)
+            case _:
+                return value
+
+    return replace(entry, value=changed(entry.value))

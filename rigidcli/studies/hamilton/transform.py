@@ -16,10 +16,9 @@ from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
-from rigidcli.mechanics.canonical import Change, NewHamiltonian, added_by_forces
-from rigidcli.mechanics.generating import Generated
-from rigidcli.mechanics.generating import generated as generated_by
-from rigidcli.mechanics.phase_space import TIME, Phase, equations
+from rigidcli.mechanics.canonical import Change, Generated, NewHamiltonian, added_by_forces
+from rigidcli.mechanics.canonical import generated as generated_by
+from rigidcli.mechanics.phase_space import Phase, equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
@@ -87,9 +86,6 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
         with suppress(ComputationError, ExpressionError):
             rate = None if generated is None else generated.rate
             new_h = Change(values, old, new, rate).hamiltonian(hamiltonian)
-    if new_h is not None:
-        signs = {name: sign(value) for name, value in known.items()}
-        new_h = new_h.shorter([name for name in new_h.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
     assumed = dict.fromkeys([*(needed or ()), *(() if new_h is None else new_h.positive)])
     wrong = [] if needed is not None else [pair for pair, miss in misses.items() if not is_zero(miss)]
     shown = {pair: tidy(e) if pair in wrong else expected[pair] for pair, e in brackets.items()}
