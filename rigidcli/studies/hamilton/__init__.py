@@ -28,7 +28,6 @@ from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import celled, field_of
 
 if TYPE_CHECKING:
-    from rigidcli.core.libration import Libration
     from rigidcli.mechanics.canonical import Generated
     from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -61,7 +60,11 @@ def run(
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run, several)
     findings = find(document, progress, followed)
-    tables = _branch_table(findings) + _constraints(findings)[1]
+    tables = _branch_table(findings)
+    if findings.derivation.system.constraints:
+        from rigidcli.studies.hamilton import constraints
+
+        tables.append(constraints.table(findings.derivation, document))
     if findings.oscillations is not None:
         tables += findings.oscillations.tables()
     if findings.driven is not None:
@@ -93,7 +96,6 @@ def run(
 
 
 def _results(findings: Findings) -> list[Field]:
-    """List the results in the order in which people see them."""
     fields = _first_order(findings.derivation)
     for entry in linear_equations.fields(findings.document, findings.derivation):
         # The modes of small oscillations have the same frequencies.
@@ -103,7 +105,10 @@ def _results(findings: Findings) -> list[Field]:
         fields += findings.driven.fields()
     fields += _conservation(findings.derivation)
     fields += _second_order(findings.derivation)
-    fields += _constraints(findings)[0]
+    if findings.derivation.system.constraints:
+        from rigidcli.studies.hamilton import constraints
+
+        fields += constraints.fields(findings.derivation)
     if findings.observed is not None:
         fields += findings.observed.fields(findings.orbit)
     small = findings.oscillations
@@ -118,12 +123,13 @@ def _results(findings: Findings) -> list[Field]:
     if findings.orbit is not None:
         fields += _orbit_quality(findings.orbit)
     if findings.libration is not None:
-        fields += _libration(findings.libration)
+        found = findings.libration
+        fields += [_row("orbit.period", found.period), _row("orbit.action", found.action)]
+        fields.append(_row("orbit.turning_points", np.array(found.turning_points)))
     return fields
 
 
 def _first_order(derivation: Derivation) -> list[Field]:
-    """L, the momenta, H, and Hamilton's equations."""
     phase, system, momenta = derivation.phase, derivation.system, derivation.momenta
     velocities = derivation.velocity_names
     definitions = None if momenta is None else momenta.definitions
@@ -234,7 +240,6 @@ def _length(expressions: Sequence[Expr]) -> int:
 
 
 def _own(name: str) -> tuple[str, str]:
-    """The title and symbol of a variable."""
     return name, latex_name(name)
 
 
@@ -251,10 +256,9 @@ def _lagrange(name: str) -> tuple[str, str]:
 def _routhian(findings: Findings) -> list[Field]:
     """Report the Routhian where there are cyclic coordinates and others, if no steady motion has it."""
     derivation, small = findings.derivation, findings.oscillations
-    cyclic, constraints = derivation.conserved_momenta, derivation.system.constraints
-    if small is not None and small.steady is not None:
-        return []
-    if not 0 < len(cyclic) < len(derivation.phase.coordinates) or constraints or not derivation.is_short:
+    is_partly_cyclic = 0 < len(derivation.conserved_momenta) < len(derivation.phase.coordinates)
+    has_steady = small is not None and small.steady is not None
+    if has_steady or not is_partly_cyclic or derivation.system.constraints or not derivation.is_short:
         return []
     from rigidcli.studies.hamilton.oscillations import routhian_without_motion
 
@@ -276,15 +280,6 @@ def _invariants(findings: Findings) -> list[Field]:
         fields.append(_row("invariants", e, key="", title=words))
         title = title if name else " "
     return fields
-
-
-def _constraints(findings: Findings) -> tuple[list[Field], list[Table]]:
-    """Report the forces of constraints, and make a table of the constraints."""
-    if not findings.derivation.system.constraints:
-        return [], []
-    from rigidcli.studies.hamilton import constraints
-
-    return constraints.fields(findings.derivation), constraints.tables(findings.derivation, findings.document)
 
 
 def _transform(transform: TransformedSystem) -> list[Field]:
@@ -327,7 +322,6 @@ def _as_named(name: str, hidden: Sequence[str] = ()) -> tuple[str, str]:
 
 
 def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
-    """Report the method, the drift of conserved quantities, and the trusted digits."""
     drifts = []
     for name, drift in orbit.drift.items():
         if name not in orbit.invariants:
@@ -335,34 +329,22 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
             symbol = rf"\text{{drift of }}{latex_name(name)}"
             drifts.append(Field("", drift, f"drift of {name}", symbol, "", cells, diagnostic=True))
     further = [orbit.drift[name] for name in orbit.invariants]
+    end = []
+    if orbit.end is not None:
+        time, reason = orbit.end
+        end = [_row("orbit.end.t", time), _row("orbit.end.reason", reason, words=reason)]
     return [
         _row("orbit.method", orbit.method, words=orbit.method),
         _row("orbit.steps", orbit.steps),
         trusted("hamilton", "orbit.trusted_digits", orbit.trusted_digits),
         Field("orbit.drift", orbit.drift),
-        *_end(orbit),
+        *end,
         *drifts,
         *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
 
 
-def _end(orbit: OrbitSolution) -> list[Field]:
-    if orbit.end is None:
-        return []
-    time, reason = orbit.end
-    return [_row("orbit.end.t", time), _row("orbit.end.reason", reason, words=reason)]
-
-
-def _libration(found: Libration) -> list[Field]:
-    return [
-        _row("orbit.period", found.period),
-        _row("orbit.action", found.action),
-        _row("orbit.turning_points", np.array(found.turning_points)),
-    ]
-
-
 def _branch_table(findings: Findings) -> list[Table]:
-    """Make a table of the branches: several velocities that have the same momenta."""
     branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
         return []

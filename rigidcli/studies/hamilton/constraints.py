@@ -120,11 +120,9 @@ def fields(derivation: Derivation) -> list[Field]:
     return shown
 
 
-def tables(derivation: Derivation, document: Document) -> list[Table]:
-    """A table of the constraints, as they are typed; none without constraints."""
+def table(derivation: Derivation, document: Document) -> Table:
+    """The constraints, as they are typed."""
     limits = derivation.system.constraints
-    if not limits:
-        return []
     (typed,) = as_typed([Field("", [one.expression for one in limits])], document)
     kinds = [one.holonomic for one in limits]
     columns = (
@@ -132,7 +130,7 @@ def tables(derivation: Derivation, document: Document) -> list[Table]:
         Column("expression", typed.value, ("what vanishes",)),
         Column("holonomic", kinds, ("holonomic",), words=tuple(map(yes_or_no, kinds))),
     )
-    return [Table("constraints", "constraints", columns, records=True)]
+    return Table("constraints", "constraints", columns, records=True)
 
 
 def steps(derivation: Derivation, shown: list[Field]) -> Iterator[Step]:

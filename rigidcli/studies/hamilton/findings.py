@@ -51,8 +51,11 @@ def find(
     Its orbit may have been `followed` already.
     """
     derivation = derive(document)
-    branches, small = derivation.branches, _oscillations(document, derivation)
-    initial = None
+    branches, small, initial = derivation.branches, None, None
+    if document.equilibrium is not None:
+        from rigidcli.studies.hamilton.oscillations import oscillations
+
+        small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is not None:
         from rigidcli.studies.hamilton.start import initial_state
 
@@ -83,31 +86,8 @@ def find(
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Findings(
-        document,
-        branches,
-        derivation,
-        invariants,
-        orbit,
-        transform,
-        small,
-        observed,
-        initial,
-        libration,
-        _driven(document, derivation),
-    )
-
-
-def _oscillations(document: Document, derivation: Derivation) -> Oscillations | None:
-    if document.equilibrium is None:
-        return None
-    if derivation.system.constraints:
-        message = "small oscillations are not worked out for a system with constraints"
-        hint = "choose coordinates that obey the constraints, such as an angle"
-        raise document.refusal(message, "equilibrium", hint=hint)
-    from rigidcli.studies.hamilton.oscillations import oscillations
-
-    return oscillations(document, document.equilibrium, derivation)
+    found = Findings(document, branches, derivation, invariants, orbit, transform, small, observed, initial)
+    return found._replace(libration=libration, driven=_driven(document, derivation))
 
 
 def _driven(document: Document, derivation: Derivation) -> Driven | None:

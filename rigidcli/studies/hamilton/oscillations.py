@@ -163,6 +163,10 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
     equations have no first order there.
     """
+    if derivation.system.constraints:
+        message = "small oscillations are not worked out for a system with constraints"
+        hint = "choose coordinates that obey the constraints, such as an angle"
+        raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
     try:
         left, momenta, turning = derivation, dict[str, Expr](), tuple[str, ...]()
         if equilibrium.turning:

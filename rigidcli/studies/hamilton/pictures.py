@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal
 
@@ -159,8 +159,10 @@ def modes(findings: Findings) -> Picture:
     ticks = tuple(_ruler(name) for name in names)
     panels = []
     for number, (root, entries) in enumerate(small.modes[:MOST_PANELS], start=1):
-        vector = _numbers(findings.document, [*entries])
-        parts = [(vector[:, 0], "", 0), (vector[:, 1], "a quarter later", 1)]
+        known = _values(findings.document, [root.rate, *(x for entry in entries for x in entry)])
+        vector = [[float(substitute(x, known)) if isinstance(x, Expr) else x for x in z] for z in entries]
+        now, later = np.array(vector).T
+        parts = [(now, "", 0), (later, "a quarter later", 1)]
         places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
         rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
         marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
@@ -171,9 +173,9 @@ def modes(findings: Findings) -> Picture:
             marks += [
                 Mark("arrow", end, "" if place else label, style=style) for place, end in enumerate(ends)
             ]
-            if not np.any(vector[:, 1]):
+            if not later.any():
                 break
-        rate = float(_numbers(findings.document, [(root.rate, 0.0)])[0, 0])
+        rate = float(substitute(root.rate, known) if isinstance(root.rate, Expr) else root.rate)
         kind = "rad/s" if root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
@@ -188,10 +190,8 @@ def resonance(findings: Findings) -> Picture:
         raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
     from rigidcli.studies.hamilton.driven import in_numbers
 
-    force, values = found.responses[0].force, known_values(findings.document)
-    used = {name for e in (*found.motion.entries, force.rate, *force.amplitudes) for name in e.names}
-    if missing := sorted(used - values.keys()):
-        raise UsageError(f"no value is given for {', '.join(missing)}")
+    force = found.responses[0].force
+    values = _values(findings.document, (*found.motion.entries, force.rate, *force.amplitudes))
     m, c, k, f = in_numbers(found.motion, force, values)
     if not np.linalg.eigvalsh(c + c.T).min() > 0:
         raise UsageError("it is drawn for systems with damping")
@@ -216,7 +216,6 @@ def resonance(findings: Findings) -> Picture:
 
 
 def _form(orbit: OrbitSolution) -> Literal["line", "dots"]:
-    """States of a section have nothing between them."""
     return "dots" if orbit.is_section else "line"
 
 
@@ -236,23 +235,16 @@ def _of(shown: Sequence[object], what: str) -> str:
 
 
 def _side(count: int) -> int:
-    """The number of columns for so many panels."""
     return 1 if count == 1 else 2 if count <= 4 else 3
 
 
-def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Expr]]) -> Floats:
-    """Turn pairs of numbers, or of exact expressions without symbols, into floats (n, 2).
-
-    Raises UsageError where a symbol has no value.
-    """
-    known = {name: float(value) for name, value in document.values.items() if name not in document.symbols}
-    missing = sorted(
-        {name for pair in pairs for e in pair if isinstance(e, Expr) for name in e.names - {*known}}
-    )
-    if missing:
+def _values(document: Document, expressions: Iterable[float | Expr]) -> dict[str, Expr]:
+    """The values of the parameters. Raises UsageError where a symbol of the expressions has none."""
+    known = known_values(document)
+    used = {name for e in expressions if isinstance(e, Expr) for name in e.names}
+    if missing := sorted(used - known.keys()):
         raise UsageError(f"no value is given for {', '.join(missing)}")
-    rows = [[e.evaluate(**known) if isinstance(e, Expr) else e for e in pair] for pair in pairs]
-    return np.array(rows, dtype=np.float64)
+    return known
 
 
 def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:

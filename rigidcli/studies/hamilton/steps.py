@@ -232,21 +232,16 @@ PARTS = (
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
-    """Show the two sums of the bracket of a quantity with H, which are equal where it is conserved."""
-    slopes = [
-        total(derivative(e, a) * derivative(h, b) for a, b in pairs)
-        for pairs in (
-            list(zip(phase.coordinates, phase.momenta, strict=True)),
-            list(zip(phase.momenta, phase.coordinates, strict=True)),
-        )
-    ]
+    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
+    second = tidy(total(derivative(e, p) * derivative(h, q) for q, p in pairs))
     return Step(
         f"{name} is conserved",
         "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal.",
         (
             Field("", e, "f", "f"),
-            Field("", tidy(slopes[0]), "sum of df/dq dH/dp", ""),
-            Field("", tidy(slopes[1]), "sum of df/dp dH/dq", ""),
+            Field("", first, "sum of df/dq dH/dp"),
+            Field("", second, "sum of df/dp dH/dq"),
         ),
     )
 
@@ -293,8 +288,10 @@ def _of_transform(
         ]
         terms = list[Node]()
         for q, p in zip(phase.coordinates, phase.momenta, strict=True):
-            terms += _product(slopes[a, q], slopes[b, p])
-            terms += map(Negative, _product(slopes[a, p], slopes[b, q]))
+            # dA/dq dB/dp - dA/dp dB/dq, before it is worked out
+            first, second = ([slopes[a, x], slopes[b, y]] for x, y in ((q, p), (p, q)))
+            terms += [Product((first[0].tree(), first[1].tree()))] if all(first) else []
+            terms += [Negative(Product((second[0].tree(), second[1].tree())))] if all(second) else []
         whole = writing.total(terms)
         sign = rf"\{name[:-1]}\}}"
         if len(reading(whole)) <= LONGEST_FORMULA:
@@ -347,13 +344,6 @@ def _of_generating(transform: Transform, generated: Generated, fields: Sequence[
     ]
     shown = Field("", Formula(function.root, exact=True), kind, f"{kind[0]}_{kind[1]}")
     return Step("Generating function", sentence, (shown, *relations))
-
-
-def _product(first: Expr, second: Expr) -> list[Node]:
-    """Write the product of two derivatives before it is worked out; there is none where one is zero."""
-    if first.is_zero or second.is_zero:
-        return []
-    return [Product((first.tree(), second.tree()))]
 
 
 def _of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
@@ -435,10 +425,8 @@ def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
 
 
 def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
-    entries = [e for row in matrix for e in row]
-    kind = float if _is_numeric(entries, document) else object
-    entry = Field("", np.array(matrix, dtype=kind), name, rf"\mathbf{{{name}}}")
-    return as_typed([entry], document)[0]
+    kind = float if _is_numeric([e for row in matrix for e in row], document) else object
+    return as_typed([Field("", np.array(matrix, dtype=kind), name, rf"\mathbf{{{name}}}")], document)[0]
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:

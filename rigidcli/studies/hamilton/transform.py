@@ -58,18 +58,20 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
     New variables are in pairs, [Q1, P1, Q2, P2], if only so they are canonical.
     """
     result, names = _transformed(document, transform, derivation), transform.new_variables
-    if result.wrong and len(names) > 2:
-        paired = transform.model_copy(update={"new_variables": (*names[::2], *names[1::2])})
-        other = _transformed(document, paired, derivation)
-        return result if other.wrong else other
-    return result
+    if not result.wrong or len(names) <= 2:
+        return result
+    paired = transform.model_copy(update={"new_variables": (*names[::2], *names[1::2])})
+    other = _transformed(document, paired, derivation)
+    return result if other.wrong else other
 
 
 def _transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     old, known, hamiltonian = derivation.phase, known_values(document), derivation.hamiltonian
-    generated = _generated(document, transform, old)
+    new, generated = Phase(transform.coordinates, transform.momenta), None
+    if transform.generating is not None:
+        kind, function = transform.generating
+        generated = generated_by(kind, from_tree(function.root, derived_parameters(document)), old, new)
     values, pairs, phase = given_side(document, transform, old, generated)
-    new = Phase(transform.coordinates, transform.momenta)
     if not values:  # the relations stay implicit; a change that follows from a function is canonical
         return TransformedSystem(new.names, {}, {}, (), None, None, generated)
     brackets = canonical.brackets(values, pairs, phase)
@@ -98,15 +100,6 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
         None if new_h is None else _equations(new_h, new, derivation),
         generated,
     )
-
-
-def _generated(document: Document, transform: Transform, old: Phase) -> Generated | None:
-    """What the generating function of a document makes, if there is one."""
-    if transform.generating is None:
-        return None
-    kind, function = transform.generating
-    expression = from_tree(function.root, derived_parameters(document))
-    return generated_by(kind, expression, old, Phase(transform.coordinates, transform.momenta))
 
 
 def given_side(
