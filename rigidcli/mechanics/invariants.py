@@ -321,10 +321,8 @@ def _primitive(e: Expr, phase: Phase) -> Expr:
 
 
 def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
-    """All products of one on the left and one on the right, without repetition."""
     return list(dict.fromkeys(a * b for a, b in product(left, list(right))))
 
 
 def _simplest(functions: Iterable[Expr]) -> list[Expr]:
-    """The functions without repetition, the simplest first."""
     return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, e.nodes, e.key))

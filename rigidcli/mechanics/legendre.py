@@ -120,7 +120,6 @@ def _quadratic(
     P: Sequence[Expr],
     squares: Squares,
 ) -> Branch | None:
-    """The inverse of a Lagrangian that is quadratic in all velocities."""
     at_rest = dict.fromkeys(velocities, ZERO)
     linear = [substitute(p, at_rest) for p in momenta.definitions]
     rest = substitute(moving, at_rest)
@@ -308,7 +307,7 @@ def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
 
 
 def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
-    """Whether an entry is a product of parameters: it vanishes nowhere."""
+    # A product of parameters vanishes nowhere.
     return len(entry.terms) == 1 and entry.names.isdisjoint(coordinates)
 
 

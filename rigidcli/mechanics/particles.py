@@ -20,7 +20,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.mechanics.phase_space import TIME
 
 
-class Particle(NamedTuple):
+class MovingBody(NamedTuple):
     """A mass at a position (up to 3), and a moment of inertia that turns by an angle; or one of these.
 
     A body in space has principal `moments` (3) instead, and the angles of Euler phi, theta, psi (zxz) that
@@ -35,7 +35,7 @@ class Particle(NamedTuple):
     euler: tuple[Expr, ...] = ()
 
 
-def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Expr:
+def kinetic(particles: Sequence[MovingBody], velocities: Mapping[str, str]) -> Expr:
     """T = sum m v^2/2 + I (d angle/dt)^2/2; `velocities` names that of each coordinate.
 
     The coefficients of products of velocities are tidied one by one; the squares of a body in space stay.
@@ -59,7 +59,7 @@ def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Exp
     return moved + total(turned)
 
 
-def squares(particles: Sequence[Particle], names: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
+def squares(particles: Sequence[MovingBody], names: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
     """The squares of T = sum a (w.v)^2: m/2 or I/2, and the slopes by the names of a path or an angle.
 
     Those of a body in space are its rates of turning about its principal axes.
@@ -78,7 +78,7 @@ def squares(particles: Sequence[Particle], names: Sequence[str]) -> list[tuple[E
     return found
 
 
-def turning(body: Particle, rates: Sequence[Expr]) -> tuple[Expr, Expr, Expr]:
+def turning(body: MovingBody, rates: Sequence[Expr]) -> tuple[Expr, Expr, Expr]:
     """The angular velocity about a body's axes, from the rates of its angles of Euler.
 
         omega = (phi' sin(theta) sin(psi) + theta' cos(psi), phi' sin(theta) cos(psi) - theta' sin(psi),

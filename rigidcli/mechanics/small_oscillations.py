@@ -135,12 +135,6 @@ class Root(NamedTuple):
         return -self.growth if self.growth and not self.angular else self.angular
 
 
-def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:
-    """The generalized forces on a system at rest, as functions of the coordinates."""
-    still = dict.fromkeys(velocities, ZERO)
-    return [-substitute(rest, still) for rest in lagrange.rest]
-
-
 def of_lagrange(
     lagrange: LagrangeEquations, phase: Phase, velocities: Sequence[str], place: Mapping[str, Expr]
 ) -> LinearMotion:
@@ -168,13 +162,6 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
         return dict(zip(phase.momenta, values, strict=True))
     still = dict.fromkeys(phase.momenta, ZERO)
     return still if all(is_zero(substitute(v, still)) for v in velocities) else None
-
-
-def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion:
-    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`."""
-    return LinearMotion.of_matrix(
-        [[short_form(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
-    )
 
 
 def _array(matrix: Matrix) -> Any:
@@ -594,7 +581,6 @@ def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
 
 
 def _independent(rows: Array, rank: int, weights: Array) -> Iterator[Vector]:
-    """As many independent vectors, over their first entries."""
     reduced = echelon(rows, rank, INDEPENDENT)[0][:rank]
     for part in (reduced.real, reduced.imag):
         part[np.abs(part) <= NOISE * np.abs(reduced).max(axis=1, keepdims=True)] = 0.0

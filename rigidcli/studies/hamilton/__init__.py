@@ -230,7 +230,6 @@ def _by_name(
 
 
 def _is_diagonal(definitions: Sequence[Expr], velocities: Sequence[str]) -> bool:
-    """Whether each momentum is its own velocity times a factor without velocities."""
     pairs = zip(definitions, velocities, strict=False)
     return all((e / symbol(v)).names.isdisjoint(velocities) for e, v in pairs) and len(definitions) > 0
 
@@ -244,7 +243,6 @@ def _own(name: str) -> tuple[str, str]:
 
 
 def _rate(name: str) -> tuple[str, str]:
-    """The title and symbol of the derivative of a variable by the time."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
@@ -303,7 +301,6 @@ def _transform(transform: TransformedSystem) -> list[Field]:
 
 
 def _generated(generated: Generated | None) -> list[Field]:
-    """The relations of a generating function, and the old or the new variables in closed form."""
     if generated is None:
         return []
     relations = generated.relations

@@ -442,6 +442,5 @@ def _residual_of(
 
 
 def _miss(a: Floats, b: Floats) -> float:
-    """The largest difference, in units of the largest entry."""
     scale = max(np.abs(a).max(), np.abs(b).max())
     return float(np.abs(a - b).max() / scale) if scale else 0.0

@@ -349,7 +349,6 @@ def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
 
 
 def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
-    """Total momenta, and angular momenta about the axes."""
     whole = "total " if len(paths) > 1 else ""
     for axis in "xyz":
         parts = [one[axis][1] for one in paths if axis in one]

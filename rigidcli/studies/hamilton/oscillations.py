@@ -28,7 +28,6 @@ from rigidcli.errors import ComputationError, DocumentError, ExpressionError, Pr
 from rigidcli.language import code
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.mechanics.small_oscillations import (
     DIGITS_OF_RATES,
@@ -38,6 +37,7 @@ from rigidcli.mechanics.small_oscillations import (
     Root,
     Vector,
     momenta_at_rest,
+    of_lagrange,
     spectrum,
 )
 from rigidcli.mechanics.steady import routhian, steady_rates, written
@@ -213,10 +213,11 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Ex
     phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
     momenta: dict[str, Expr] = {}
     if lagrange is not None:
-        forces = small_oscillations.forces_at_rest(lagrange, derivation.velocity_names)
+        still = dict.fromkeys(derivation.velocity_names, ZERO)
+        forces = [-substitute(rest, still) for rest in lagrange.rest]
     else:
         size = len(phase.coordinates)
-        known = None if equations is None else small_oscillations.momenta_at_rest(equations[:size], phase)
+        known = None if equations is None else momenta_at_rest(equations[:size], phase)
         if equations is None or known is None:
             raise ComputationError("the momenta of the system at rest do not follow from H")
         momenta = known
@@ -322,9 +323,9 @@ def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> N
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
     lagrange, phase = derivation.lagrange, derivation.phase
     if lagrange is not None:
-        return small_oscillations.of_lagrange(lagrange, phase, derivation.velocity_names, there)
-    assert derivation.equations is not None
-    return small_oscillations.of_hamilton(derivation.equations, phase, there)
+        return of_lagrange(lagrange, phase, derivation.velocity_names, there)
+    slopes = ([derivative(e, name) for name in phase.names] for e in derivation.equations or ())
+    return LinearMotion.of_matrix([[tidy(substitute(e, there)) for e in row] for row in slopes])
 
 
 def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:

@@ -230,7 +230,6 @@ def _ruler(name: str) -> Ruler:
 
 
 def _of(shown: Sequence[object], what: str) -> str:
-    """The end of a title where there are more coordinates or modes than MOST_PANELS."""
     return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
 
 

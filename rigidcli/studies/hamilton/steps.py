@@ -110,7 +110,6 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
-    """Show the positions and velocities of particles, their kinetic energy, and V."""
     system, phase = derivation.system, derivation.phase
     rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
     several = len(system.particles) > 1
@@ -271,7 +270,6 @@ _MOVING = " The change depends on the time: what makes the new variables move at
 def _of_transform(
     document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
-    """Lead to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
     asked = document.transform.model_copy(update={"new_variables": transform.names})
     values, pairs, phase = given_side(document, asked, old, transform.generated)
@@ -329,7 +327,6 @@ _RELATIONS = {
 
 
 def _of_generating(transform: Transform, generated: Generated, fields: Sequence[Field]) -> Step:
-    """Lead from a generating function to the change of variables."""
     assert transform.generating is not None
     kind, function = transform.generating
     sentence = f"A generating function of type {kind} gives {_RELATIONS[kind]}."

@@ -21,7 +21,7 @@ from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Formula, Negative, Power, Product, Sum, nodes
 from rigidcli.mechanics.lagrange_equations import Constraint, constraint, first_dependent, reactions
-from rigidcli.mechanics.particles import Particle, kinetic, unnatural
+from rigidcli.mechanics.particles import MovingBody, kinetic, unnatural
 from rigidcli.mechanics.phase_space import TIME, linear
 from rigidcli.report import Field
 
@@ -42,7 +42,7 @@ class SystemFunctions(NamedTuple):
     natural: bool | None = None
     reason: str = ""
     forces: tuple[Expr, ...] = ()
-    particles: tuple[Particle, ...] = ()
+    particles: tuple[MovingBody, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     sums: tuple[Expr, ...] = ()
 
@@ -124,7 +124,7 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
     lagrangian, kinetic = read(system.lagrangian, "lagrangian"), read(system.kinetic, "kinetic")
     potential = read(system.potential, "potential") or ZERO
-    particles: tuple[Particle, ...] = ()
+    particles: tuple[MovingBody, ...] = ()
     if system.particles is not None:
         particles, kinetic, potential, natural, reason = _from_particles(system, potential, read)
     elif kinetic is not None:
@@ -178,7 +178,7 @@ def known_values(document: Document) -> dict[str, Expr]:
 
 def _from_particles(
     system: System, potential: Expr, read: _Read
-) -> tuple[tuple[Particle, ...], Expr, Expr, bool, str]:
+) -> tuple[tuple[MovingBody, ...], Expr, Expr, bool, str]:
     """The particles, T, V, whether the coordinates are natural, and why."""
     particles, potentials, driven = [], [potential], []
     for index, particle in enumerate(system.particles or ()):
@@ -193,7 +193,7 @@ def _from_particles(
             [read(e, f"{where}.{key}.{i}") or ZERO for i, e in enumerate(getattr(particle, key) or ())]
             for key in ("moments", "euler")
         )
-        particles.append(Particle(mass, position, moment, angle, tuple(moments), tuple(euler)))
+        particles.append(MovingBody(mass, position, moment, angle, tuple(moments), tuple(euler)))
         potentials.append(read(particle.potential, f"{where}.potential") or ZERO)
         driven += [
             given.text

@@ -122,7 +122,6 @@ def given_side(
 
 
 def _equations(new_h: NewHamiltonian, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
-    """Hamilton's equations in the new variables, with forces where there are some."""
     free = equations(new_h.hamiltonian, new)
     if not derivation.is_forced or derivation.velocities is None:
         return free
