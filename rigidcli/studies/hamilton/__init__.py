@@ -258,9 +258,10 @@ def _routhian(findings: Findings) -> list[Field]:
     has_steady = small is not None and small.steady is not None
     if has_steady or not is_partly_cyclic or derivation.system.constraints or not derivation.is_short:
         return []
-    from rigidcli.studies.hamilton.oscillations import routhian_without_motion
+    from rigidcli.studies.hamilton.oscillations import routhian_fields
 
-    return routhian_without_motion(findings.document, derivation)
+    shown = routhian_fields(findings.document, derivation, derivation.conserved_momenta)
+    return [replace(entry, diagnostic=True) for entry in shown]
 
 
 def _invariants(findings: Findings) -> list[Field]:

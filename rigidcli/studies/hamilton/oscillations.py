@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import starmap
 from typing import Any, NamedTuple, cast
@@ -76,21 +76,16 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
 
 
-@dataclass(frozen=True, slots=True)
-class SteadyMotion:
-    """The values of the cyclic rates and momenta, the Routhian, and the effective potential.
-
-    The Routhian and the potential are functions of the momenta, and None where they have not one closed form.
-    """
+class SteadyMotion(NamedTuple):
+    """The values of the cyclic rates and momenta; the effective potential and the Routhian as results."""
 
     values: Mapping[str, float | Expr]
-    routhian: Expr | None
-    potential: Expr | None
+    routhian: list[Field]
 
     def fields(self) -> list[Field]:
         """Report the steady motion as JSON has it; people see the Routhian in a verbose look."""
-        rates = [celled(f"steady.{q}", e, f"steady, {q}", latex_name(q)) for q, e in self.values.items()]
-        return [*rates, *_routhian_fields(self.potential, self.routhian)]
+        rates = (celled(f"steady.{q}", e, f"steady, {q}", latex_name(q)) for q, e in self.values.items())
+        return [*rates, *self.routhian]
 
 
 @dataclass(frozen=True, slots=True)
@@ -414,19 +409,11 @@ def cyclic_momenta(
     steadily = equilibrium.steady
     if steadily is None:
         return momenta, ()
-    left, place = reduced(derivation, equilibrium, momenta), read(equilibrium.values)
-    assert left.equations is not None
-    size = len(left.phase.coordinates)
-    at_rest = momenta_at_rest(left.equations[:size], left.phase)
-    if at_rest is None:
-        raise ComputationError("the momenta of the system at rest do not follow from H")
-
-    def there(e: Expr) -> Expr:
-        return tidy(substitute(substitute(e, at_rest), {**known, **place}))
-
-    forces = {q: there(e) for q, e in zip(left.phase.coordinates, left.equations[size:], strict=True)}
+    left, place = reduced(derivation, equilibrium, momenta), known | read(equilibrium.values)
+    at_any_rate, at_rest = _forces_at_rest(document, left)
+    forces = {q: tidy(substitute(f, place)) for q, f in zip(left.phase.coordinates, at_any_rate, strict=True)}
     rate = derivation.equations[derivation.phase.coordinates.index(steadily)]
-    rate = there(substitute(rate, momenta))
+    rate = tidy(substitute(substitute(rate, momenta | at_rest), place))
     try:
         found = steady_rates(forces, momentum(steadily), rate, known_values(document))
     except ExpressionError as error:
@@ -469,29 +456,15 @@ def steady_motion(
     for q in equilibrium.turning:
         for name, e in ((velocity(q), tidy(substitute(rates[q], place))), (momentum(q), place[momentum(q)])):
             values[name] = e if is_exact or e.names else float(e)
-    return SteadyMotion(values, *routhian_of(document, derivation, equilibrium.turning))
+    return SteadyMotion(values, routhian_fields(document, derivation, equilibrium.turning))
 
 
-def routhian_of(
-    document: Document, derivation: Derivation, cyclic: Collection[str]
-) -> tuple[Expr | None, Expr | None]:
-    """The Routhian without these cyclic coordinates, and minus the Routhian at rest, if they have a form."""
-    names, given = derivation.velocity_names, known_values(document)
+def routhian_fields(document: Document, derivation: Derivation, cyclic: Collection[str]) -> list[Field]:
+    """The effective potential, minus the Routhian at rest, and the Routhian without cyclic coordinates."""
+    names, system = derivation.velocity_names, derivation.system
     assert derivation.hamiltonian is not None
-    found = routhian(
-        derivation.system.lagrangian, derivation.hamiltonian, derivation.phase, names, cyclic, given
-    )
-    if found is None:
-        return None, None
-    return found, tidy(-substitute(found, dict.fromkeys(names, ZERO)))
-
-
-def routhian_without_motion(document: Document, derivation: Derivation) -> list[Field]:
-    """The Routhian and the effective potential of a system with cyclic coordinates, in a verbose look."""
-    found, potential = routhian_of(document, derivation, derivation.conserved_momenta)
-    return [replace(entry, diagnostic=True) for entry in _routhian_fields(potential, found)]
-
-
-def _routhian_fields(potential: Expr | None, routhian: Expr | None) -> list[Field]:
-    pairs = (("effective_potential", potential), ("routhian", routhian))
+    given, phase = known_values(document), derivation.phase
+    found = routhian(system.lagrangian, derivation.hamiltonian, phase, names, cyclic, given)
+    potential = None if found is None else tidy(-substitute(found, dict.fromkeys(names, ZERO)))
+    pairs = (("effective_potential", potential), ("routhian", found))
     return [if_known(field_of("hamilton", key, e)) for key, e in pairs]

@@ -59,8 +59,8 @@ def path(findings: Findings) -> Picture:
         assert places is not None
         return places.reshape(len(places), -1)
 
-    places = placed(curve(orbit, placed))
-    places = places.reshape(len(places), -1, 3)
+    samples = placed(curve(orbit, placed))
+    places = samples.reshape(len(samples), -1, 3)
     extent = np.ptp(places.reshape(-1, 3), axis=0)
     if np.count_nonzero(extent) < 2:
         raise UsageError("it is drawn for motion that is not along a line")
