@@ -35,7 +35,7 @@ from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.studies.results import field_of
+from rigidcli.studies.results import celled, field_of
 
 MOST_IN_LETTERS = 3
 """The most coordinates of which the response is written in letters: determinants of more fill a page."""
@@ -55,20 +55,25 @@ class DrivingForce(NamedTuple):
     amplitudes: list[Expr]
 
 
-class Response(NamedTuple):
-    """The steady response to a force: amplitudes, phases (rad) and growth a second by coordinates.
+class Swing(NamedTuple):
+    """The amplitude of a coordinate and its phase (rad); or how much the amplitude grows a second."""
 
-    A coordinate that grows has no amplitude. `matrix` is K - w^2 M + i w C, its real and its imaginary part.
-    The amplitude of a single coordinate is largest at the `peak`: the rate of the force, and that amplitude,
-    which is None without damping.
+    amplitude: Quantity = None
+    phase: Quantity = None
+    growth: Quantity = None
+
+
+class Response(NamedTuple):
+    """The steady response of each coordinate to a force.
+
+    `matrix` is K - w^2 M + i w C, its real and its imaginary part. The amplitude of a single coordinate is
+    largest at the `peak`: the rate of the force, and that amplitude, which is None without damping.
     """
 
     force: DrivingForce
     rate: Quantity
     matrix: tuple[Matrix, Matrix]
-    amplitude: dict[str, Quantity]
-    phase: dict[str, Quantity]
-    growth: dict[str, Quantity]
+    swings: dict[str, Swing]
     peak: tuple[Quantity, Quantity] | None = None
 
     @property
@@ -101,7 +106,7 @@ class Driven(NamedTuple):
         if self.grows and self.responses:
             yield "the free motion grows, and leaves the response to the force"
         for place, one in enumerate(self.responses):
-            if all(e is None for part in (one.amplitude, one.growth) for e in part.values()):
+            if all(swing.amplitude is None and swing.growth is None for swing in one.swings.values()):
                 yield (
                     f"the response X to {one.written} is not written in letters: `response.{place}.matrix` "
                     "times X is the force; with values for all parameters it is told as numbers"
@@ -115,16 +120,16 @@ class Driven(NamedTuple):
         shown = [Field("response", records)] if records else []
         for place, one in enumerate(self.responses):
             parts = (
-                ("amplitude", one.amplitude, "driven amplitude", "A", ""),
-                ("phase", one.phase, f"phase behind {one.written}", r"\delta", "rad"),
-                ("growth", one.growth, "driven amplitude grows a second by", r"\dot A", ""),
+                ("amplitude", "driven amplitude", "A", ""),
+                ("phase", f"phase behind {one.written}", r"\delta", "rad"),
+                ("growth", "driven amplitude grows a second by", r"\dot A", ""),
             )
-            for key, values, title, symbol, unit in parts:
-                for q, value in values.items():
-                    shown_as = title if self.is_single and value is not None else ""
-                    entry = Field("", value, shown_as, f"{symbol}_{{{latex_name(q)}}}")
-                    entry.cells = {f"response.{place}.{key}.{q}": ()}
-                    entry.unit = unit if isinstance(value, float) else ""
+            for key, title, symbol, unit in parts:
+                for q, swing in one.swings.items():
+                    value = getattr(swing, key)
+                    entry = celled(f"response.{place}.{key}.{q}", value, "", f"{symbol}_{{{latex_name(q)}}}")
+                    entry.key, entry.unit = "", unit if isinstance(value, float) else ""
+                    entry.title = title if self.is_single and value is not None else ""
                     shown.append(entry)
         if self.is_single and self.responses[0].peak is not None:
             rate, largest = self.responses[0].peak
@@ -138,17 +143,19 @@ class Driven(NamedTuple):
 
     def tables(self) -> list[Table]:
         """A table of the responses where there are several forces or coordinates."""
-        rows = [(one, q) for one in self.responses for q in one.amplitude]
+        rows = [(one.written, q, swing) for one in self.responses for q, swing in one.swings.items()]
         if self.is_single or not rows:
             return []
+        forces, coordinates, swings = zip(*rows, strict=True)
+        amplitudes, phases, growths = zip(*swings, strict=True)
         columns = [
-            Column("force", [one.written for one, _ in rows], ("force",)),
-            Column("coordinate", [q for _, q in rows], ("coordinate",)),
-            Column("amplitude", [one.amplitude[q] for one, q in rows], ("amplitude",)),
-            Column("phase", [one.phase[q] for one, q in rows], ("phase (rad)",)),
+            Column("force", list(forces), ("force",)),
+            Column("coordinate", list(coordinates), ("coordinate",)),
+            Column("amplitude", list(amplitudes), ("amplitude",)),
+            Column("phase", list(phases), ("phase (rad)",)),
         ]
-        if any(one.growth[q] is not None for one, q in rows):
-            columns.append(Column("growth", [one.growth[q] for one, q in rows], ("growth a second",)))
+        if any(growth is not None for growth in growths):
+            columns.append(Column("growth", list(growths), ("growth a second",)))
         return [Table("", "steady response", tuple(columns), records=True)]
 
     def steps(self) -> Iterator[Step]:
@@ -160,9 +167,9 @@ class Driven(NamedTuple):
                 (one.force.amplitudes, "f", r"\mathbf{f}"),
             )
             shown = [Field("", np.array(part, dtype=object), title, symbol) for part, title, symbol in given]
-            for q in one.amplitude:
-                shown.append(Field("", one.amplitude[q], f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
-                shown.append(Field("", one.phase[q], f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
+            for q, swing in one.swings.items():
+                shown.append(Field("", swing.amplitude, f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
+                shown.append(Field("", swing.phase, f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
             yield Step(
                 f"Response to {one.written}",
                 "The motion that stays is q = Re(X exp(i w t)). In M qddot + C qdot + K q = f cos(w t) it "
@@ -258,52 +265,45 @@ def _response(
     real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
     imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
     entries = (*motion.entries, w, *force.amplitudes)
-    growth = dict[str, Quantity].fromkeys(names)
+    swings = dict.fromkeys(names, Swing())
     if not document.exact_results and all(e.names <= known.keys() for e in entries):
-        amplitude, phase, growth = _in_numbers(names, motion, force, known)
+        swings = _in_numbers(names, motion, force, known)
     elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
         # The amplitude grows by F/(2 m w) a second.
         grown = abs(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
-        amplitude, phase, growth = {**growth}, {**growth}, {names[0]: _value(document, tidy(grown))}
+        swings = {names[0]: Swing(growth=_value(document, tidy(grown)))}
     elif len(names) == 1 and not is_zero(imaginary[0][0]):
-        amplitude, phase = _with_damping(document, names[0], motion, force, (real[0][0], imaginary[0][0]))
+        swings = {names[0]: _with_damping(document, motion, force, (real[0][0], imaginary[0][0]))}
     elif len(names) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
-        amplitude, phase = _without_damping(document, names, real, force)
-    else:
-        amplitude, phase = {**growth}, {**growth}
+        swings |= zip(names, _without_damping(document, real, force), strict=False)
     rate = _value(document, w)
-    if not rate and all(e is None for e in amplitude.values()):
+    if not rate and all(swing.amplitude is None for swing in swings.values()):
         return None
     peak = _peak(document, motion, force) if len(names) == 1 else None
-    return Response(force, rate, (real, imaginary), amplitude, phase, growth, peak)
+    return Response(force, rate, (real, imaginary), swings, peak)
 
 
 def _with_damping(
-    document: Document, q: str, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
-) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
+    document: Document, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
+) -> Swing:
     """The amplitude f/sqrt(a^2 + b^2) and the phase atan2(b, a) of one coordinate: (a + i b) X = f."""
     (f,), (a, b) = force.amplitudes, pencil
     # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
     scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, motion.masses[0][0])]
     amplitude = shortest([abs(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
     lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
-    return {q: _value(document, amplitude)}, {
-        q: _value(document, tidy(lag + PI * (1 - apply("sign", f)) / 2))
-    }
+    # A negative force is half a turn behind.
+    phase = tidy(lag + PI * (1 - apply("sign", f)) / 2)
+    return Swing(_value(document, amplitude), _value(document, phase))
 
 
-def _without_damping(
-    document: Document, names: Sequence[str], real: Matrix, force: DrivingForce
-) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
+def _without_damping(document: Document, real: Matrix, force: DrivingForce) -> Iterator[Swing]:
     """Amplitudes |X| and phases, which are 0 or pi, where X = (K - w^2 M)^-1 f is real."""
-    amplitude, phase = dict[str, Quantity].fromkeys(names), dict[str, Quantity].fromkeys(names)
     inverse, whole = matrices.inverse(real), matrices.determinant(real)
-    for q, row in zip(names, inverse or (), strict=False):
+    for row in inverse or ():
         answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
-        amplitude[q] = _value(document, abs(tidy(answer)))
         side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
-        phase[q] = _value(document, PI * (1 - side) / 2)
-    return amplitude, phase
+        yield Swing(_value(document, abs(tidy(answer))), _value(document, PI * (1 - side) / 2))
 
 
 def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
@@ -330,7 +330,7 @@ def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, E
 
 def _in_numbers(
     names: Sequence[str], motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]
-) -> tuple[dict[str, Quantity], dict[str, Quantity], dict[str, Quantity]]:
+) -> dict[str, Swing]:
     """Amplitudes and phases, and growth by the modes that have the rate of the force."""
     m, c, k, f = in_numbers(motion, force, values)
     w, size = float(substitute(force.rate, values)), len(names)
@@ -346,24 +346,16 @@ def _in_numbers(
         grown = np.abs(vectors[:, near] @ shares[near])[:size]
         answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
     grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
-
-    def shown(values: Floats, are_shown: NDArray[np.bool_]) -> dict[str, Quantity]:
-        pairs = zip(names, values, are_shown, strict=True)
-        return {q: float(x) if is_shown else None for q, x, is_shown in pairs}
-
-    lags = -np.angle(answer) + 0.0
-    return shown(np.abs(answer), ~grows), shown(lags, ~grows), shown(grown, grows & np.isfinite(grown))
+    lags, swings = -np.angle(answer) + 0.0, dict[str, Swing]()
+    for q, x, lag, rate, up in zip(names, np.abs(answer), lags, grown, grows, strict=True):
+        growth = float(rate) if np.isfinite(rate) else None
+        swings[q] = Swing(growth=growth) if up else Swing(float(x), float(lag))
+    return swings
 
 
 def _record(one: Response) -> dict[str, Any]:
-    return {
-        "force": one.force.function,
-        "rate": one.rate,
-        "amplitude": one.amplitude,
-        "phase": one.phase,
-        "growth": one.growth,
-        "peak": None if one.peak is None else {"rate": one.peak[0], "amplitude": one.peak[1]},
-        "matrix": {
-            part: [list(row) for row in matrix] for part, matrix in zip(("re", "im"), one.matrix, strict=True)
-        },
-    }
+    parts = {key: {q: getattr(swing, key) for q, swing in one.swings.items()} for key in Swing._fields}
+    re, im = ([list(row) for row in part] for part in one.matrix)
+    peak = None if one.peak is None else dict(zip(("rate", "amplitude"), one.peak, strict=True))
+    about = {"force": one.force.function, "rate": one.rate}
+    return {**about, **parts, "peak": peak, "matrix": {"re": re, "im": im}}
