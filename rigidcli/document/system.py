@@ -10,7 +10,7 @@ from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, ValidationInfo
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Floats, Scalar
@@ -402,6 +402,16 @@ class PoincareSection(Section):
     )
 
 
+SectionTyped = Annotated[
+    PoincareSection | None,
+    BeforeValidator(
+        lambda raw: {"at": raw} if isinstance(raw, str) else raw,
+        json_schema_input_type=PoincareSection | str | None,
+    ),
+]
+"""A section, or what passes zero alone."""
+
+
 # A sine, cosine or tangent without another function in it, and its argument.
 _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 
@@ -424,8 +434,8 @@ class Orbit(Sampling):
     until: Event | None = optional(
         "The orbit ends where this passes zero; the duration is the longest: lambda1, or an equation r = R"
     )
-    section: PoincareSection | None = optional(
-        "Only the states in which a function passes zero: {at: x, direction: up}"
+    section: SectionTyped = optional(
+        "Only the states in which a function passes zero: {at: x, direction: up}, or x alone"
     )
 
     @classmethod
