@@ -33,7 +33,7 @@ import numpy as np
 
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
-from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients
@@ -308,7 +308,9 @@ def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
 
     Products of roots may only join where what is under them is positive.
     """
-    free = {name: symbol(name) for slope in slopes for name in slope.names - {TIME}}
+    atoms = {atom for slope in slopes for atom in slope.everywhere()}
+    open_ = {a.name for a in atoms if isinstance(a, Symbol) and not a.positive} - {TIME}
+    free = {name: symbol(name) for name in open_}
     positive = {name: symbol(name, positive=True) for name in free}
     there, integral = [tidy(substitute(slope, positive)) for slope in slopes], ZERO
     for name, slope in reversed([*zip(names, there, strict=True)]):
