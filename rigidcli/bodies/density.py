@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import ValidationInfo
@@ -17,8 +17,9 @@ from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
-from rigidcli.language.expression import array
-from rigidcli.language.tree import Node
+
+if TYPE_CHECKING:
+    from rigidcli.language.tree import Node
 
 VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
@@ -47,6 +48,8 @@ class Density(Quantity):
         """The SI value, or an expression where it varies over the shape. A parameter hides a variable."""
         env = environment(info)
         assert self.dimension is not None
+        if not isinstance(raw, str):
+            return self._of_uniform(raw, info)
         variables = tuple(name for name in VARIABLES if name not in env.declared)
         hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
         env.log.note(
@@ -54,14 +57,17 @@ class Density(Quantity):
         )
         formula = env.formula(raw, self.dimension, variables)
         if formula.expression.names.isdisjoint(variables):
-            value = super().read(raw, info)
-            is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
-            if is_bare and GAS < float(value) < HEAVY:
-                env.log.note(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
-            return value
+            return super().read(raw, info)
         if env.arithmetic.exact:
             env.positive |= _scale(formula)
         return formula
+
+    def _of_uniform(self, raw: object, info: ValidationInfo) -> Any:
+        value = super().read(raw, info)
+        is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
+        if is_bare and GAS < float(value) < HEAVY:
+            environment(info).log.note(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
+        return value
 
 
 def _scale(formula: BoundExpression) -> set[str]:
@@ -97,6 +103,8 @@ def places(
 
 def values(node: Node, formula: BoundExpression, at: Mapping[str, Floats]) -> Floats:
     """The values (n) of a part of a formula; infinite or NaN where there are none."""
+    from rigidcli.language.expression import array
+
     return np.broadcast_to(array(node, {**at, **formula.constants}), at["x"].shape)
 
 

@@ -29,7 +29,6 @@ from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
-from rigidcli.fields.units import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
 
 Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
@@ -95,6 +94,8 @@ def _sketch(annotation: object) -> str:
 def _half(value: object) -> str:
     if isinstance(value, int | float | Decimal):
         return f"{float(value) / 2:g}"
+    from rigidcli.fields.units import split_quantity
+
     written = split_quantity(str(value))
     return f"({value})/2" if written is None else f"{float(written.digits) / 2:g} {written.unit}"
 
