@@ -247,7 +247,7 @@ def _document(
     )
     n = arithmetic_for(exact and not is_system)
     env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
-    if (parameters := tree.get("parameters", tree.get(_called_parameters(tree)))) is not None:
+    if (parameters := tree.get(_parameters_key(tree))) is not None:
         from rigidcli.document.parameters import read_parameters
 
         torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
@@ -256,14 +256,14 @@ def _document(
     return _validated(draft, tree, env, problems, is_physical=is_physical)
 
 
-def _called_parameters(tree: Mapping[str, Any]) -> str:
-    """The unknown key that stands for `parameters`, such as `constants`; empty without one."""
-    others = [key for key in tree if key not in TOP_KEYS]
-    if not others:
-        return ""
-    from rigidcli.fields.words import keys_called
+def _parameters_key(tree: Mapping[str, Any]) -> str:
+    """The key `parameters`, or an unknown one that stands for it, such as `constants`."""
+    for key in () if "parameters" in tree else [key for key in tree if key not in TOP_KEYS]:
+        from rigidcli.fields.words import keys_called
 
-    return next((key for key in others if "parameters" in keys_called(key)), "")
+        if "parameters" in keys_called(key):
+            return key
+    return "parameters"
 
 
 def _at_point(draft: Draft, rest: Document) -> Document:
@@ -304,7 +304,7 @@ def _validated(
 
 
 def _refusal(draft: Draft, problems: Sequence[ValueProblem]) -> DocumentError:
-    """The error with these problems in the order of their lines; those of one key stay together."""
+    # Problems come in the order of their lines; those of one key stay together.
     placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
     first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
     is_file = draft.form is not None  # what is wrong in a file comes before what is not set beside it

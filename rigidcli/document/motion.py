@@ -48,16 +48,14 @@ TORQUE_VARIABLES = {
 Here e3 is the third principal axis as `axes` prints it.
 """
 
-TorqueComponent = Annotated[
-    BoundExpression,
-    ReadBy(
-        lambda raw, info: environment(info).formula(raw, ENERGY, tuple(TORQUE_VARIABLES)),
-        {
-            "type": ["number", "string"],
-            "description": f"An expression in the parameters and in {', '.join(TORQUE_VARIABLES)}",
-        },
-    ),
-]
+_COMPONENT = ReadBy(
+    lambda raw, info: environment(info).formula(raw, ENERGY, tuple(TORQUE_VARIABLES)),
+    {
+        "type": ["number", "string"],
+        "description": f"An expression in the parameters and in {', '.join(TORQUE_VARIABLES)}",
+    },
+)
+TorqueComponent = Annotated[BoundExpression, _COMPONENT]
 Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], AsList]
 
 

@@ -17,7 +17,8 @@ from rigidcli.fields.section import ReadBy, Section, environment, optional, refu
 from rigidcli.language.expression import Expression
 
 MOST_COORDINATES = MOST_ENTRIES // 2  # the most coordinates of a system, which have as many momenta
-EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}  # JSON Schema of an expression
+EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
+EXPRESSIONS_SCHEMA: JsonSchemaValue = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}
 
 
 def names_schema(least: int, most: int) -> JsonSchemaValue:
@@ -27,7 +28,8 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
     return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
-MULTIPLIER = "the multiplier of a constraint"  # the meaning of a name, in messages
+# Meanings of names, in messages.
+MULTIPLIER, OBSERVABLE = "the multiplier of a constraint", "one of the observables"
 # The names of a coordinate's velocity, of its momentum, and of its second derivative.
 velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
 
@@ -103,9 +105,6 @@ def take(env: Environment, meanings: Mapping[str, str]) -> None:
     env.names.meanings |= meanings
 
 
-STEADY = "steady"  # the value of a cyclic coordinate that turns at a constant rate
-
-
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
     """Values of all coordinates, in the parameters. If it `is_sought`, they are the start of the search.
@@ -136,45 +135,44 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         hint = f"write `{{find: {{{', '.join(f'{name}: 0' for name in names)}}}}}`, with values near it"
         raise ValueProblem(f"read {shown(raw)}, expected where to look for it", hint=hint)
     given: Any = dict(raw) if isinstance(raw, Mapping) else {}
-    meant = {key: name for name, key in read_names(given)[0].items()}
+    keys = read_names(given)[0]
     of_momenta = {momentum(name): name for name in names}
-    momenta = {key: given.pop(key) for key, name in meant.items() if name in of_momenta}
-    turning = {
-        key: meant[key] for key, value in given.items() if meant.get(key) in names and _is_steady(value)
-    }
-    turned = {of_momenta[meant[key]] for key in momenta}
+    momenta = {key: given.pop(key) for name, key in keys.items() if name in of_momenta}
+    steadily = {key for key, value in given.items() if str(value).strip().lower() == "steady"}
+    turning = {name: key for name, key in keys.items() if name in names and key in steadily}
+    turned = {of_momenta[name] for name in keys if name in of_momenta}
     problems = list[ValueProblem]()
-    steady = next(iter(turning.values()), None)
-    for key, name in turning.items():
+    steady = next(iter(turning), None)
+    for name, key in turning.items():
         if name != steady:
             hint = f"give its momentum instead: `{momentum(name)}: J`"
             problems.append(ValueProblem(f"`{steady}` is steady already", path=(key,), hint=hint))
-    for key, name in meant.items():
+    for name, key in keys.items():
         if name in turned:
             message = f"read `{momentum(name)}` besides, expected one of the two"
             problems.append(ValueProblem(message, path=(key,)))
-    given = {key: value for key, value in given.items() if key not in turning}
+    given = {key: value for key, value in given.items() if key not in turning.values()}
     is_sought = given.keys() == {"find"} and "find" not in names
     if is_sought and steady is not None:
         hint = f"write `{momentum(steady)}: J`, or give the other coordinates without `find`"
-        problems.append(ValueProblem("`find` needs a fixed momentum", path=(next(iter(turning)),), hint=hint))
+        problems.append(ValueProblem("`find` needs a fixed momentum", path=(turning[steady],), hint=hint))
     inside = given["find"] if is_sought and isinstance(given["find"], Mapping) else {}
     for name, key in read_names(inside)[0].items():
         if name in of_momenta:
             hint = f"write `{{{name}: {inside[key]}, find: {{...}}}}`"
             problems.append(ValueProblem("belongs beside `find`", path=("find", key), hint=hint))
-    kept = [name for name in names if name not in {*turning.values(), *turned}]
+    kept = [name for name in names if name not in turning and name not in turned]
     if names and not kept and not problems:
         problems.append(ValueProblem("no coordinate is left that the motion could keep where it is"))
     refuse("equilibrium", problems)
-    fixed = read_mapping(
-        momenta, lambda name, value: env.symbolic(value), example="{p_phi: J}", names=tuple(of_momenta)
-    )
-    if not isinstance(raw, Mapping):
-        given = raw
+
+    def read(name: str, value: object) -> Expression:
+        return env.symbolic(value)
+
+    fixed = read_mapping(momenta, read, example="{p_phi: J}", names=tuple(of_momenta))
     values = read_mapping(
-        given["find"] if is_sought else given,
-        lambda name, value: env.symbolic(value),
+        given["find"] if is_sought else given if isinstance(raw, Mapping) else raw,
+        read,
         example="{theta: 0}, {theta: 1, phi: steady}, or near it {find: {theta: 3}}",
         names=env.names.coordinates,
         needed=kept,
@@ -184,16 +182,8 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     return Equilibrium(values, is_sought, {of_momenta[name]: e for name, e in fixed.items()}, steady)
 
 
-def _is_steady(value: object) -> bool:
-    return isinstance(value, str) and value.strip().lower() == STEADY
-
-
-_COORDINATES = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}
-EQUILIBRIUM = ReadBy(
-    _read_equilibrium,
-    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
-)
-"""Marks a field that holds an equilibrium."""
+_SOUGHT = {"type": "object", "properties": {"find": {"title": "Find", **EXPRESSIONS_SCHEMA}}}
+EQUILIBRIUM = ReadBy(_read_equilibrium, {"anyOf": [EXPRESSIONS_SCHEMA, _SOUGHT]})
 
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
@@ -244,10 +234,7 @@ def _read_generating(raw: object, info: ValidationInfo) -> Expression:
 
 
 Generating: TypeAlias = Annotated[Expression, ReadBy(_read_generating, EXPRESSION_SCHEMA)]
-Side: TypeAlias = Annotated[
-    dict[str, Expression],
-    ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
-]
+Side: TypeAlias = Annotated[dict[str, Expression], ReadBy(_read_side, EXPRESSIONS_SCHEMA)]
 NewVariables: TypeAlias = Annotated[
     tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, MOST_ENTRIES))
 ]
@@ -309,7 +296,6 @@ class Transform(Section):
 
 # The energies of the system in observables. A parameter or a function may be called T or V, too.
 ENERGIES = ("H", "T", "V")
-OBSERVABLE = "one of the observables"  # the meaning of a name, in messages
 
 
 def _variables(env: Environment) -> tuple[str, ...]:
@@ -384,6 +370,6 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
 
 Observables: TypeAlias = dict[str, Expression]
 Brackets: TypeAlias = tuple[Bracket, ...]
-OBSERVABLES = ReadBy(_read_observables, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+OBSERVABLES = ReadBy(_read_observables, EXPRESSIONS_SCHEMA)
 _PAIR = {"type": "array", "items": EXPRESSION_SCHEMA, "minItems": 2, "maxItems": 2}
 BRACKETS = ReadBy(_read_brackets, {"type": "array", "items": _PAIR, "minItems": 1})

@@ -48,14 +48,13 @@ class Range:
 
     def text(self, index: int, exact: bool) -> str:
         """The value at an index. Raises UsageError where an `exact` value would have to be rounded."""
-        part = Fraction(index, max(self.count - 1, 1))
-        value = self.start + (self.stop - self.start) * part
-        if self.logarithmic and 0 < part < 1:
-            ratio, share = (
-                FORTY_DIGITS.divide(number.numerator, number.denominator)
-                for number in (self.stop / self.start, part)
-            )
-            value = self.start * Fraction(FORTY_DIGITS.power(ratio, share))
+        last = max(self.count - 1, 1)
+        if self.logarithmic and 0 < index < last:
+            ratio = self.stop / self.start
+            step = FORTY_DIGITS.divide(ratio.numerator, ratio.denominator)
+            value = self.start * Fraction(FORTY_DIGITS.power(step, FORTY_DIGITS.divide(index, last)))
+        else:
+            value = self.start + (self.stop - self.start) * Fraction(index, last)
         text = exact_text(value, 0) if exact else repr(float(value))
         if exact and (self.is_rounded or self.logarithmic or ("/" in text and self.unit)):
             hint = "choose another COUNT, or list the values, as in `--sweep KEY=0,pi/4,pi/2`"
@@ -213,7 +212,7 @@ def split_outside(text: str, mark: str) -> tuple[str, ...]:
 
 
 def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
-    """The values of a column, with the unit in a head such as `x (cm)`, and its file. Raises UsageError."""
+    """The values of a column, with the unit in a head such as `x (cm)`, and its file."""
     path, _, head = text.rpartition(":")
     if not path or not head:
         raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
@@ -235,10 +234,7 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
 
 
 def _value(text: str, exact: bool) -> tuple[Any, str]:
-    """A value as it stands in results, and its SI unit where a unit is typed.
-
-    A number or a quantity becomes its SI value, and any other text stays as it is typed.
-    """
+    """The SI value of a number, or of a quantity with its SI unit; other texts as they are typed."""
     if not exact:
         with suppress(ValueError):
             return finite(text), ""

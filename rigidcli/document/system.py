@@ -17,6 +17,7 @@ from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.phase_space import (
     EXPRESSION_SCHEMA,
+    EXPRESSIONS_SCHEMA,
     MOST_COORDINATES,
     MULTIPLIER,
     derived_names,
@@ -102,10 +103,7 @@ def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
 
 
 _FORCE = SystemExpression(None, ("velocities", "momenta"))
-Forces: TypeAlias = Annotated[
-    dict[str, Expression],
-    ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
-]
+Forces: TypeAlias = Annotated[dict[str, Expression], ReadBy(_read_forces, EXPRESSIONS_SCHEMA)]
 
 
 class Equation(NamedTuple):
@@ -140,20 +138,12 @@ def _equation(name: str, raw: object, info: ValidationInfo, place: str | int) ->
 
 
 _CONSTRAINT = SystemExpression(None, ("velocities",))
-Constraints: TypeAlias = Annotated[
-    dict[str, Equation],
-    ReadBy(
-        _read_constraints,
-        {
-            "anyOf": [
-                EXPRESSION_SCHEMA,
-                {"type": "array", "items": EXPRESSION_SCHEMA, "minItems": 1},
-                {"type": "object", "additionalProperties": EXPRESSION_SCHEMA},
-            ],
-            "description": "Expressions that vanish, or equations: a list, or by names of multipliers",
-        },
-    ),
-]
+_LIST_SCHEMA = {"type": "array", "items": EXPRESSION_SCHEMA, "minItems": 1}
+_CONSTRAINTS_SCHEMA = {
+    "anyOf": [EXPRESSION_SCHEMA, _LIST_SCHEMA, EXPRESSIONS_SCHEMA],
+    "description": "Expressions that vanish, or equations: a list, or by names of multipliers",
+}
+Constraints: TypeAlias = Annotated[dict[str, Equation], ReadBy(_read_constraints, _CONSTRAINTS_SCHEMA)]
 
 
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
@@ -190,17 +180,12 @@ def _arguments(raw: object) -> list[str]:
     return names
 
 
-Functions: TypeAlias = Annotated[
-    tuple[UnknownFunction, ...],
-    ReadBy(
-        _read_functions,
-        {
-            "type": "object",
-            "additionalProperties": names_schema(1, MOST_ARGUMENTS),
-            "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
-        },
-    ),
-]
+_FUNCTIONS_SCHEMA = {
+    "type": "object",
+    "additionalProperties": names_schema(1, MOST_ARGUMENTS),
+    "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
+}
+Functions: TypeAlias = Annotated[tuple[UnknownFunction, ...], ReadBy(_read_functions, _FUNCTIONS_SCHEMA)]
 Position: TypeAlias = Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)]
 Coordinates: TypeAlias = Annotated[
     tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))
@@ -369,8 +354,7 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
         raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
 
-_SCHEMA = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
-_START = Annotated[dict[str, Scalar], ReadBy(_read_initial, _SCHEMA)]
+_START = Annotated[dict[str, Scalar], ReadBy(_read_initial, EXPRESSIONS_SCHEMA | {"minProperties": 2})]
 _OR_MANY = OrMany(_START, dict, _names, "x,p_x")
 
 
