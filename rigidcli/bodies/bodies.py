@@ -102,8 +102,8 @@ class _AnyForm(SectionChoice):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
-        words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
-        key, others = next(words, None), list[str]()
+        words = (word for word in raw if "shape" in keys_called(word))
+        key, others = "shape" if "shape" in raw else next(words, None), list[str]()
         if key is None:
             known = {*Form.model_fields}
             others = [
@@ -130,9 +130,11 @@ class _AnyForm(SectionChoice):
             assert problem is not None
             raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
         rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
+        if problem is None:
+            return shape.model_validate(rest, context=info.context)
         read: Section = refuse(
             shape.__name__,
-            [] if problem is None else [problem.below(key)],
+            [problem.below(key)],
             lambda: shape.model_validate(rest, context=info.context),
         )
         return read

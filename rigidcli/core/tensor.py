@@ -39,9 +39,14 @@ LEAST_ENTRIES = np.where(IDENTITY, LEAST_MOMENT, LEAST_PRODUCT)
 
 def without_rounding(tensor: Array) -> Array:
     """The tensor with zeros in place of entries that are rounding; exact entries stay."""
-    if tensor.dtype == object or not np.isfinite(tensor).all():
+    if tensor.dtype == object:
         return tensor
-    return rounded_off(tensor, np.abs(tensor).max() * LEAST_ENTRIES)
+    sizes = np.abs(tensor)
+    largest = sizes.max()
+    if not largest < np.inf:
+        return tensor
+    rest: Array = np.where(sizes < largest * LEAST_ENTRIES, 0.0, tensor)
+    return rest
 
 
 def rounded_off(values: Floats, error: Floats | float) -> Floats:

@@ -267,8 +267,10 @@ def _parameters_key(tree: Mapping[str, Any]) -> str:
 
 
 def _at_point(draft: Draft, rest: Document) -> Document:
-    sections = {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
-    return _validated(draft, draft.tree | sections, rest.environment.copied(), [], rest)
+    kept = {
+        key: value for key, value in vars(rest).items() if key in draft.tree and isinstance(value, Section)
+    }
+    return _validated(draft, draft.tree | kept, rest.environment.copied(), [], rest)
 
 
 def _validated(

@@ -122,6 +122,15 @@ print(json.dumps([made]))
     assert loaded(script, document) == [{"Plate"}]
 
 
+def test_plain_numbers_need_no_expressions_units_or_systems() -> None:
+    (found,) = loaded(RUNNER, json.dumps(["axes -f json -"]), "body: {shape: cube, side: 1, mass: 12}")
+    fields, document = ("units",), ("parameters", "phase_space", "system", "motion", "sampling", "sweeps")
+    unused = {f"rigidcli.fields.{name}" for name in fields} | {
+        f"rigidcli.document.{name}" for name in document
+    }
+    assert not (unused | {"rigidcli.language.expression", "rigidcli.language.tree"}) & found
+
+
 def test_homework_is_judged_without_scipy(tmp_path: Path) -> None:
     """It takes half a second to load, and makes each process that judges a file larger."""
     (tmp_path / "assignment.yaml").write_text(
