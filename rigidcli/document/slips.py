@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from rigidcli.errors import UNKNOWN_KEY, Excerpt, Path, Problem, ValueProblem, shown
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import (
+    EXPECTED,
     FORMS_OF_LISTS,
     keys_called,
     list_meant,
@@ -24,20 +25,6 @@ from rigidcli.fields.words import (
     value_meant,
     with_colon,
 )
-
-_TYPES = {
-    "tuple_type": "a list, such as [0, 0, 1]",
-    "dict_type": "a mapping",
-    "model_type": "a mapping",
-    "string_type": "a text",
-    "bool_type": "true or false",
-    "int_type": "a whole number",
-    "greater_than_equal": "at least {ge}",
-    "less_than_equal": "at most {le}",
-    "too_short": "at least {min_length}",
-    "too_long": "at most {max_length}",
-}
-"""What pydantic expects, by the type of its error, in the words of a document."""
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -153,7 +140,7 @@ def _number_meant(read: str, message: str) -> str | None:
 
 
 def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:
-    expected = _TYPES.get(kind, str(context.get("expected", message))).format(**context).replace("'", "")
+    expected = EXPECTED.get(kind, str(context.get("expected", message))).format(**context).replace("'", "")
     problem = ValueProblem(f"read {shown(read)}, expected {expected}", path=path)
     if kind == "tuple_type" and path[-1] == 0:
         # A list of numbers where one of lists is expected: one problem for all its entries.

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension, check_dimension
-from rigidcli.fields.words import UNITS_BY_WORD, folded
+from rigidcli.fields.words import NO_UNITS, UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
 LONGEST_UNIT = 200  # the most characters of a unit: far more than any has, and read at once
@@ -103,19 +103,6 @@ _LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
 
 TABLE = tuple(UnitRow(*line.split(",")) for line in _LINES[1:])  # the units of mechanics courses
 
-_REFUSED = {
-    "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
-    "degF": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
-    "mil": ("is a length to some and an angle to others", "write `thou` or `mrad`"),
-    "ton": ("differs from country to country", "write `t`, `long_ton` or `short_ton`"),
-    "month": ("has no fixed length", "write `d`"),
-    "rads": ("is a dose of radiation", "write `rad`"),
-    "Grad": ("is a degree to some, and 1e9 radians to others", "write `deg`"),
-    "U": ("is no unit", "turns per minute are `rpm`"),
-    "Nm": ("is not a unit but a product of two", "write `N m`"),
-}
-"""Names that are refused because readers may take them for something else: the reason, and a hint."""
-
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
 # The number in a definition, if there is one, its divisor, and the units.
@@ -137,7 +124,7 @@ def _may_follow(name: str, prefix: str) -> bool:
 def known_names() -> list[str]:
     """Every name of the table, also with the SI prefixes that it may have."""
     prefixed = (prefix + name for prefix in PREFIXES for name in _ROWS if _may_follow(name, prefix))
-    return [name for name in dict.fromkeys(["1", *_ROWS, *prefixed]) if name not in _REFUSED]
+    return [name for name in dict.fromkeys(["1", *_ROWS, *prefixed]) if name not in NO_UNITS]
 
 
 @lru_cache(maxsize=1024)
@@ -171,8 +158,8 @@ def _defined(name: str, definition: str) -> Unit:
 
 
 def _named(name: str) -> Unit:
-    if name in _REFUSED:
-        reason, hint = _REFUSED[name]
+    if name in NO_UNITS:
+        reason, _, hint = NO_UNITS[name].partition(": ")
         raise ValueProblem(f"`{name}` {reason}", hint=hint)
     unit = _from_table(name)
     if unit is None:

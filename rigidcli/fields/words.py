@@ -13,14 +13,6 @@ from typing import Any
 
 from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
 
-OTHER_FORMS = {
-    "points: [[1, 0, 0, 0]]": "point particle point_mass pointmass points mass_point molecule point_masses",
-    "points: [[1, 0, 0, -1], [1, 0, 0, 1]]": "dumbbell dumb_bell barbell two_balls two_masses",
-    "moments: [1, 2, 3]": "tensor inertia_tensor inertia rigid_body top gyroscope",
-    "parts: [{shape: sphere, radius: 1, mass: 1}]": "composite compound union group assembly difference",
-}
-"""Words for bodies that are no shapes: how such a body is written instead, and the words."""
-
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 
 # The kind of a row, a name of the documents, and words that may stand for it.
@@ -39,17 +31,27 @@ def _by_word(kind: str) -> dict[str, tuple[str, ...]]:
     return names
 
 
+def _texts(kind: str) -> dict[str, str]:
+    """The texts in the rows of this kind by their names."""
+    return {name: text for row, name, text in _ROWS if row == kind}
+
+
+# Words for bodies that are no shapes: how such a body is written instead, and the words.
+OTHER_FORMS = {form: called for called, form in _texts("form").items()}
+# Names that are no units, because readers may take them for something else: the reason, and a hint.
+NO_UNITS = _texts("no unit")
+EXPECTED = _texts("expected")  # what pydantic expects, by the type of its error, in the words of a document
 # The shapes for which a word may stand; of several the one that has the other keys is meant.
 SHAPES_BY_WORD = _by_word("shape")
 # Shapes that are easily confused with another shape; the given keys decide.
-RELATIVES = {name: words for row, name, words in _ROWS if row == "relative"}
+RELATIVES = _texts("relative")
 # The keys for which a word may stand; the first that a section has, and that is not there yet, is meant.
 KEYS_BY_WORD = _by_word("key")
 # The keys of half the quantity that a word names, such as the radius for a diameter.
 HALVED = _by_word("half")
 # Keys with a list for which several keys may stand; components that are not given are zero.
 LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROWS if kind in _OF_LISTS]
-HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}  # the hints for keys that no section has
+HINTS = _texts("hint")  # the hints for keys that no section has
 # Units for words, also of other languages; and for what homework writes, in these very letters.
 UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
 STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
