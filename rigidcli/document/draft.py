@@ -290,8 +290,8 @@ def _steps(key: str) -> Path:
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
 
-def is_parameter(path: Path, tree: Any) -> bool:
-    """Whether a path is the name of a parameter that the document has, or uses and does not declare."""
+def _is_parameter(path: Path, tree: Any) -> bool:
+    # The document has such a parameter, or uses one that it does not declare.
     if len(path) > 1 or not isinstance(tree, dict) or path[0] in tree:
         return False
     return path[0] in (tree.get("parameters") or ()) or path[0] in names_in(tree)
@@ -393,7 +393,7 @@ class Draft:
         for setting in settings:
             path, text = split_setting(setting)
             key = ".".join(map(str, path))
-            if is_parameter(path, tree):
+            if _is_parameter(path, tree):
                 path = ("parameters", *path)
             own = self.options.get(key)
             value = read_value(text, own or f"{option} {key}")

@@ -32,19 +32,13 @@ _FLAT = {
 }
 """The cure for a list of numbers under these keys, which expect a list of lists."""
 
-_ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")  # the entries of a tensor of inertia
-_OF_MAPPINGS = ("parts", "perturbers", "particles")  # keys that hold lists of mappings
-# Two entries of a list that come from the decimal comma of `0,5`.
-_DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
-
 
 def explain(error: ValidationError) -> list[ValueProblem]:
     """The problems that pydantic complains of, in the words of a document."""
     explained: dict[tuple[Path, bool], ValueProblem] = {}
     for complaint in error.errors(include_url=False):
-        path = tuple(
-            key for key in complaint["loc"] if key != "[key]"
-        )  # pydantic marks a complaint about the key itself
+        # pydantic marks a complaint about a key itself.
+        path = tuple(key for key in complaint["loc"] if key != "[key]")
         kind, read, context = complaint["type"], complaint["input"], complaint.get("ctx", {})
         if isinstance(problem := context.get("error"), ValueProblem):
             problem.below(*path)
@@ -148,22 +142,24 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         problem.hint = next(filter(None, map(_FLAT.get, keys_called(str(path[-2])))), None)
         if isinstance(read, str) and (meant := list_meant(read)):
             problem.hint = f"each entry is a list: write `{meant}`"
-    elif kind == "too_long" and path[-1] == "inertia" and len(read) == len(_ENTRIES):
-        entries = ", ".join(f"{name}: {entry}" for name, entry in zip(_ENTRIES, read, strict=True))
+    elif kind == "too_long" and path[-1] == "inertia" and len(read) == 6:
+        keys = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+        entries = ", ".join(f"{name}: {entry}" for name, entry in zip(keys, read, strict=True))
         problem.hint = f"name the entries, as in `inertia: {{{entries}}}`"
     elif kind == "too_long" and path[-1] in ("inertia", "matrix") and len(read) == 9:
         rows = ", ".join(f"[{', '.join(map(str, read[row : row + 3]))}]" for row in (0, 3, 6))
         problem.hint = f"write its rows: `{path[-1]}: [{rows}]`"
     elif kind == "too_long":
         surplus = len(read) - context["max_length"]
-        points, mended = _DECIMAL_COMMA.subn(r"\1.\2", ", ".join(map(str, read)), count=surplus)
+        comma = r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])"  # two entries may be the decimal `0,5`
+        points, mended = re.subn(comma, r"\1.\2", ", ".join(map(str, read)), count=surplus)
         if mended == surplus:
             problem.hint = f"a decimal has a point, as in `[{points}]`: a comma begins the next entry"
     elif kind == "string_type" and type(read) in (int, float, Decimal):
         problem.hint = f'write it in quotes: "{read}"'
     elif kind == "tuple_type" and isinstance(read, str) and (meant := list_meant(read)):
         problem.hint, problem.typed = f"write `{meant}`", read
-    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in _OF_MAPPINGS:
+    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in ("parts", "perturbers", "particles"):
         problem.message = "read a mapping, expected a list of mappings"
         problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, where `name` may stand in each of the braces"
     elif kind == "dict_type" and path == ("parameters",):
