@@ -28,6 +28,7 @@ from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import celled, field_of
 
 if TYPE_CHECKING:
+    from rigidcli.core.libration import Libration
     from rigidcli.mechanics.canonical import Generated
     from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -123,9 +124,7 @@ def _results(findings: Findings) -> list[Field]:
     if findings.orbit is not None:
         fields += _orbit_quality(findings.orbit)
     if findings.libration is not None:
-        found = findings.libration
-        fields += [_row("orbit.period", found.period), _row("orbit.action", found.action)]
-        fields.append(_row("orbit.turning_points", np.array(found.turning_points)))
+        fields += _libration(findings.libration, findings.derivation)
     return fields
 
 
@@ -340,6 +339,18 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
         *drifts,
         *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
+
+
+def _libration(found: Libration, derivation: Derivation) -> list[Field]:
+    rows = [
+        _row("orbit.period", found.period),
+        _row("orbit.action", found.action),
+        _row("orbit.turning_points", np.array(found.turning_points)),
+    ]
+    if derivation.cyclic:  # the orbit itself need not close
+        (name,) = {*derivation.phase.coordinates} - {*derivation.cyclic}
+        rows = [replace(row, title=f"{row.title.removesuffix(' of the orbit')} of {name}") for row in rows]
+    return rows
 
 
 def _branch_table(findings: Findings) -> list[Table]:

@@ -78,10 +78,10 @@ def find(
             functions,
             observed.events if observed else {},
         )
-        if len(derivation.phase.coordinates) == 1:
+        if len(derivation.phase.coordinates) - len(derivation.cyclic) == 1:
             from rigidcli.studies.hamilton.sections import period
 
-            libration = period(derivation, initial, orbit.coordinates[:, 0])
+            libration = period(derivation, initial, orbit.coordinates)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 

@@ -124,15 +124,26 @@ BEYOND_TURNING = 1e-6
 """The orbit may pass a turning point by this share of their distance, or it does not turn there."""
 
 
-def period(derivation: Derivation, initial: InitialState, path: Floats) -> Libration | None:
-    """The motion to and fro of an orbit with this `path` of samples; None where H is not quadratic in p."""
-    parts = None if derivation.is_forced or derivation.explicit_time else _quadratic(derivation)
-    if parts is None or len(initial.q) != 1:
+def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libration | None:
+    """The motion to and fro of the only coordinate that is not cyclic, if it is such; `paths` are samples.
+
+    The momenta of cyclic coordinates are constant, so that the other coordinate moves by itself: in a central
+    field, r from one apsis to the other and back (L. Landau, E. Lifshitz, Mechanics, section 14).
+    """
+    phase, places = derivation.phase, range(len(derivation.phase.coordinates))
+    if derivation.is_forced or derivation.explicit_time or derivation.system.constraints:
         return None
+    (place,) = (k for k in places if phase.coordinates[k] not in derivation.cyclic)
+    parts = _quadratic(derivation.hamiltonian, phase.momenta[place])
+    if parts is None:
+        return None
+    # The momenta of the cyclic coordinates stay what they are at the start.
+    constants = dict(zip(phase.momenta, map(float, initial.p), strict=True))
+    q, p = float(initial.q[place]), constants.pop(phase.momenta[place])
+    trees = [to_tree(e) for e in parts]
     values = columns(
-        code.function([to_tree(e) for e in parts], [TIME, *derivation.phase.coordinates], initial.parameters)
+        code.function(trees, [TIME, phase.coordinates[place]], {**initial.parameters, **constants})
     )
-    q, p = float(initial.q[0]), float(initial.p[0])
     a, b, c = values(np.zeros(1), np.array([q]))[:, 0]
     energy = float((a * p + b) * p + c)
 
@@ -140,6 +151,7 @@ def period(derivation: Derivation, initial: InitialState, path: Floats) -> Libra
         a, b, c = values(np.zeros(len(places)), places)
         return b**2 - 4 * a * (c - energy), a, b**2 + 4 * np.abs(a) * (np.abs(c) + abs(energy))
 
+    path = paths[:, place]
     spread = float(np.ptp(path))
     found = libration(function, q, max(spread, abs(q) / 100) / 8 or 1.0)
     if found is None:
@@ -149,12 +161,12 @@ def period(derivation: Derivation, initial: InitialState, path: Floats) -> Libra
     return found if first - slack <= path.min() and path.max() <= last + slack else None
 
 
-def _quadratic(derivation: Derivation) -> tuple[Expr, Expr, Expr] | None:
+def _quadratic(hamiltonian: Expr | None, momentum: str) -> tuple[Expr, Expr, Expr] | None:
     """The coefficients of p^2, p and 1 in H; None where H has another form."""
-    if derivation.hamiltonian is None or len(derivation.phase.momenta) != 1:
+    if hamiltonian is None:
         return None
     try:
-        polynomial = coefficients(derivation.hamiltonian, derivation.phase.momenta)
+        polynomial = coefficients(hamiltonian, [momentum])
     except ExpressionError:
         return None
     if polynomial is None or not polynomial.keys() <= {(0,), (1,), (2,)} or (2,) not in polynomial:
