@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from rigidcli.core import principal
@@ -58,7 +60,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
             raise
         notes.append(error.message)
-    fields = [*inertia_results, *_frame_fields(frame, tensor, n)]
+    fields = [*inertia_results, *_frame_fields(frame, tensor, n), *_plane_angle(frame, tensor, n)]
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
@@ -103,6 +105,26 @@ def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) ->
         field_of("axes", key, value, words.get(key, "")) for key, value in zip(keys, values, strict=True)
     )
     return [if_known(field) for field in fields]
+
+
+def _plane_angle(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> Iterator[Field]:
+    """The turn theta (rad, -pi/2 to pi/2) of e1 of a flat body in a plane of two coordinates.
+
+    Across z, Izz = Ixx + Iyy. The moment in the direction theta, (Ixx + Iyy)/2 + (Ixx - Iyy)/2 cos(2 theta)
+    + Ixy sin(2 theta), is least where tan(2 theta) = 2 Ixy/(Ixx - Iyy).
+    """
+    if frame is None or not frame.ordered:
+        return
+    least = 1e-12 * abs(n.size(frame.moments[2]))
+
+    def is_zero(entry: Scalar) -> bool:
+        return abs(n.size(entry)) <= least
+
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        is_plane = is_zero(tensor[i, k]) and is_zero(tensor[j, k]) and not is_zero(tensor[i, j])
+        if is_plane and is_zero(tensor[i, i] + tensor[j, j] - tensor[k, k]):
+            angle = n.atan2(-2 * tensor[i, j], n.tidied(tensor[j, j] - tensor[i, i])) / 2
+            yield field_of("axes", "plane_angle", angle, title=f"angle from {'xyz'[i]} to e1")
 
 
 def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:

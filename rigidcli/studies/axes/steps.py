@@ -97,7 +97,6 @@ def _polynomial(
     n: Arithmetic,
     unknown: str,
 ) -> Step:
-    """The step with det(I - lambda 1) multiplied out, in factors, and with the roots."""
     x, unit = Name(unknown), None if mu is None else Name(mu)
     minors = sum(rest[i, i] * rest[j, j] - rest[i, j] ** 2 for i, j in ((0, 1), (1, 2), (2, 0)))
     traces = n.tidy(n.array([rest.trace(), -minors, rest[0] @ np.cross(rest[1], rest[2])]))
@@ -132,7 +131,6 @@ def _polynomial(
 def _axis(
     rest: Array, factor: Scalar | None, frame: PrincipalFrame, group: Sequence[int], n: Arithmetic
 ) -> Step:
-    """The step with the solutions of (I - lambda 1) e = 0 for one root, and the axes chosen among them."""
     moment = frame.moments[group[0]] if factor is None else n.tidy(frame.moments / factor)[group[0]]
     singular = n.tidy(rest - moment * n.array(np.eye(3, dtype=int)))
     shown = singular if factor is None else n.tidy(factor * singular)

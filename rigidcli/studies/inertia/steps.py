@@ -94,7 +94,6 @@ def _center(
     whole: MassProperties,
     n: Arithmetic,
 ) -> Step:
-    """The step for the centre of mass of point masses or of parts: the sum of m r over the mass."""
     mass, place = n.array(masses), n.tidy(n.array(places))
     products = [n.tidy(mass * v) for v in place.T]
     head = Column("", [*names, "sum"], ("",))
@@ -139,7 +138,6 @@ def _sum(
 
 
 def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
-    """The steps with the integrals of a shape along the axes of the shape, and with the turned tensor."""
     own = body.local(n)
     density = getattr(body, "density", None)
     if isinstance(body, Shape) and n.exact:
@@ -185,7 +183,6 @@ MOST_CHARTS = 3
 
 
 def _density(body: Form, density: BoundExpression, n: Arithmetic) -> Step:
-    """The step with the integrals of a density that varies."""
     own = body.local(n)
     fields = [Field("", own.mass, "integral of dm", "M", "kg")]
     if n.exact:
@@ -200,7 +197,6 @@ def _density(body: Form, density: BoundExpression, n: Arithmetic) -> Step:
 
 
 def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmetic) -> Step:
-    """The step with the element of mass in the coordinates of a part of a shape."""
     from rigidcli.bodies.density_exact import placed  # only exact densities need it
 
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
@@ -246,7 +242,6 @@ def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Fie
 def _points(
     body: PointMasses, point: Array, whole: MassProperties, own: Array, n: Arithmetic
 ) -> Iterator[Step]:
-    """The steps with the sums for the centre of mass and the tensor of point masses, one row a point."""
     turn, shift = body.motion(n)
     rows = n.array(body.points)
     mass, places = rows[:, 0], n.tidy(rows[:, 1:] @ turn.T + shift)
