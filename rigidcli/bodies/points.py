@@ -134,7 +134,7 @@ _NUMBER = re.compile(NUMERAL.encode())
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 """The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
 
-_LABEL = re.compile(r"|#|body|comment|description|id|index|item|label|material|name|no|part")
+LABELS = {"", "#", *"body comment description id index item label material name no part".split()}
 """The heads of columns that say which point it is, and are not read."""
 
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
@@ -144,13 +144,14 @@ _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans
 class _Layout(NamedTuple):
     """What the header of a table says: the separator; for m, x, y and z the place in a line, and the unit.
 
-    `columns` is their number, with those of labels, which are not read.
+    `columns` is their number, with those of `labels`, which are not read.
     """
 
     separator: bytes
     places: list[int]
     units: Block
     columns: int
+    labels: list[str]
 
 
 def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
@@ -179,7 +180,7 @@ def _layout(header: bytes, name: str) -> _Layout:
     found = {k: head for k, head in enumerate(heads) if head is not None}
     names = [head[2].lower()[0] for head in found.values()]
     others = {head.strip('" ').lower() for k, head in enumerate(text.split(separator)) if k not in found}
-    if sorted(names) != sorted(COLUMNS) or not all(map(_LABEL.fullmatch, others)):
+    if sorted(names) != sorted(COLUMNS) or others - LABELS:
         message = f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order"
         cure = "columns are separated by `,`, `;` or tabs, and may have units"
         raise ValueProblem(message, hint=f"{cure}: `m (g), x (cm), y (cm), z (cm)`")
@@ -194,7 +195,8 @@ def _layout(header: bytes, name: str) -> _Layout:
                 raise ValueProblem(message, hint=problem.hint) from None
             units[column] = unit.si(Fraction(1))
     places = dict(zip(names, found, strict=True))
-    return _Layout(separator.encode(), [places[column] for column in COLUMNS], units, len(heads))
+    labels = sorted(others - {"", "#"})
+    return _Layout(separator.encode(), [places[column] for column in COLUMNS], units, len(heads), labels)
 
 
 def _quick_block(text: bytes, places: list[int]) -> Block | None:
@@ -278,6 +280,12 @@ Row: TypeAlias = Annotated[
 ]
 
 
+def _labels(path: Path) -> list[str]:
+    """The heads of the columns of a table that are not read."""
+    with opened(path) as file:
+        return _layout(file.readline(LINE_BYTES), str(path)).labels
+
+
 def _with_masses(raw: object) -> object:
     """What is written under `points`. Raises ValueProblem, once, for a list of places without masses."""
     if isinstance(raw, list) and raw and all(isinstance(row, list) and len(row) == 3 for row in raw):
@@ -306,13 +314,19 @@ class PointMasses(Form):
     _molecule: Molecule | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
-    def _read_molecule(self, info: ValidationInfo) -> Self:
+    def _read_file(self, info: ValidationInfo) -> Self:
         if isinstance(self.points, Path) and self.points.suffix.lower() == MOLECULE:
             from rigidcli.bodies.molecules import read_molecule
 
             with at("points"):
                 self._molecule = read_molecule(self.points)
             environment(info).log.note(*self._molecule.notes)
+        elif isinstance(self.points, Path) and self.points.suffix.lower() == ".csv":
+            with at("points"):
+                labels = ", ".join(f"`{name}`" for name in _labels(self.points))
+            environment(info).log.note(
+                *([f"{self.points.name} has columns that are not read: {labels}"] if labels else [])
+            )
         return self
 
     @property
