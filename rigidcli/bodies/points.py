@@ -134,21 +134,8 @@ _NUMBER = re.compile(NUMERAL.encode())
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 """The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
 
-LABELS = {
-    "",
-    "#",
-    "body",
-    "comment",
-    "description",
-    "id",
-    "index",
-    "item",
-    "label",
-    "material",
-    "name",
-    "no",
-    "part",
-}
+_LABEL_WORDS = "body comment description id index item label material name no part"
+LABELS = {"", "#", *_LABEL_WORDS.split()}
 """The heads of columns that say which point it is, and are not read."""
 
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
