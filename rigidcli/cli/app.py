@@ -48,10 +48,8 @@ class ManualCommand(TyperCommand):
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The usage behind the command: options, then arguments, in brackets if they may be left out."""
         arguments = [param for param in self.params if isinstance(param, TyperArgument)]
-        return [
-            "[OPTIONS]",
-            *(_name(param) if param.required else f"[{_name(param)}]" for param in arguments),
-        ]
+        names = [_name(param) if param.required else f"[{_name(param)}]" for param in arguments]
+        return ["[OPTIONS]", *names]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the meanings of arguments and options."""
@@ -68,7 +66,6 @@ class ManualCommand(TyperCommand):
 
 
 def _name(argument: TyperArgument) -> str:
-    """The name of an argument in the help."""
     return f"{argument.metavar or argument.name}{'...' if argument.nargs != 1 else ''}"
 
 
@@ -152,9 +149,8 @@ def main() -> NoReturn:
         if isinstance(error, MemoryError):
             complain(str(Problem("rigidcli", "there is too little memory", hint=LESS)))
             sys.exit(ComputationError.exit_code)
-        complain(
-            f"rigidcli: internal error, please report it: {type(error).__name__}: {printable(str(error))}"
-        )
+        said = f"{type(error).__name__}: {printable(str(error))}"
+        complain(f"rigidcli: internal error, please report it: {said}")
         sys.exit(ComputationError.exit_code)
     sys.exit(0)
 

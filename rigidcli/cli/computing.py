@@ -109,7 +109,6 @@ def command_of(name: str) -> Callable[..., None]:
 
 
 def _compute(command: Command, asked: Asked) -> int:
-    """Do what is asked for, and return the exit code."""
     form = Format(asked.format)
     traits, sweep = TRAITS[form], shared.read_sweep(asked.sweep, asked.pair)
     files, lists = shared.listed(asked.files)
@@ -203,7 +202,6 @@ def _picture_kind(command: str, traits: Traits, asked: Asked) -> str | None:
 
 
 def _run(asked: Asked, work: Work) -> int:
-    """Do the work, write the output, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()

@@ -44,9 +44,9 @@ def write_folder(
     if not parts:
         return
     kinds: dict[str, str] = {}
-    for part, last in ((parts[0], False), (parts[len(parts) // 2], False), (parts[-1], True)):
-        task, places = part[-1 if last else 0]
-        kinds = parquet.joined(kinds, _kinds(task._replace(size=1, place=places[-1 if last else 0]), work))
+    for part, end in ((parts[0], 0), (parts[len(parts) // 2], 0), (parts[-1], -1)):
+        task, places = part[end]
+        kinds = parquet.joined(kinds, _kinds(task._replace(size=1, place=places[end]), work))
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
     path.mkdir(parents=True, exist_ok=True)
     write = partial(_written, work=work, kinds=kinds, folder=path)
@@ -80,15 +80,13 @@ def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folde
 
     rows: list[parquet.ParquetPiece] = []
     number, some = part
-    for task, places in some:
-        for place in places:
-            for answer in answers(task._replace(size=1, place=place), work):
-                failed = _failure(answer.outcome, kinds)
-                rows.append(
-                    answer.outcome if failed is None else parquet.ParquetPiece(1, {ERROR: [failed.text]}, {})
-                )
-                if failed is not None:
-                    yield failed
+    for task in (task._replace(size=1, place=place) for task, places in some for place in places):
+        for answer in answers(task, work):
+            if (failed := _failure(answer.outcome, kinds)) is None:
+                rows.append(answer.outcome)
+            else:
+                rows.append(parquet.ParquetPiece(1, {ERROR: [failed.text]}, {}))
+                yield failed
     whole = parquet.together(rows)._replace(units={})
     write_table(parquet.as_table(whole, {**kinds, ERROR: parquet.TEXT}), folder / f"part.{number}.parquet")
 

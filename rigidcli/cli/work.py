@@ -218,8 +218,13 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> tuple[Sweep, int]:
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
     """The answers to a task, of which an ensemble has several; `watch` makes a context for progress."""
-    failed = isinstance(task.draft, Failure)
-    for answer in [Answer(task.source, task.draft)] if failed else _answers(task, work, watch):
+    if isinstance(task.draft, Failure):
+        found = iter([Answer(task.source, task.draft)])
+    elif task.sweep is not None:
+        found = _of_sweep(task, task.draft, task.sweep, work)
+    else:
+        found = _of_document(task, task.draft, work, watch)
+    for answer in found:
         yield answer._replace(notes=[*task.about, *answer.notes])
 
 
@@ -230,17 +235,13 @@ def lost(task: Task) -> Answer:
     return Answer(task.source, failure(error, task.source))
 
 
-def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
+def _of_document(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
     from rigidcli.document.load import read
 
-    assert not isinstance(task.draft, Failure)
-    if task.sweep is not None:
-        yield from _of_sweep(task, task.sweep, work)
-        return
     files = tuple[Any, ...]()
     try:
         with (watch or nullcontext)():  # a large file takes seconds
-            document = read(task.draft)
+            document = read(draft)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
@@ -250,18 +251,17 @@ def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
         yield Answer(task.source, failure(error, task.source), files=files)
 
 
-def _of_sweep(task: Task, sweep: Sweep, work: Work) -> Iterator[Answer]:
+def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[Answer]:
     """The answers at some points of a sweep; their orbits are followed at once where that is possible."""
     from rigidcli.document.load import read
 
-    assert not isinstance(task.draft, Failure)
     points: list[tuple[Sequence[str], Document | Failure]] = []
     for place in range(task.place, min(task.place + task.size, sweep.count)):
         settings = list[str]()
         try:
             values = sweep.point(place)
             settings = sweep.settings(values)
-            points.append((values, read(task.draft, settings)))
+            points.append((values, read(draft, settings)))
         except (RigidError, MemoryError) as error:
             points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
     documents = [one for _, one in points if not isinstance(one, Failure)]
