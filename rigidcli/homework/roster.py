@@ -226,12 +226,12 @@ class Roster:
         """
         places: dict[int, list[int]] = defaultdict(list)
         unknown, doubtful = list[str](), list[str]()
-        for place, (label, *names) in enumerate(students):
-            keys = self.first([label, *names])
+        for place, names in enumerate(students):
+            keys = self.first(names)
             if len(keys) == 1:
                 places[min(keys)].append(place)
             else:
-                (doubtful if keys else unknown).append(label)
+                (doubtful if keys else unknown).append(names[0])
         several = [students[place][0] for rows in places.values() if len(rows) > 1 for place in rows]
         absent = [person.name for key, person in self._people.items() if key not in places]
         notes = noted("not found in the gradebook", unknown)
@@ -255,9 +255,8 @@ def _person_of(entries: Sequence[tuple[str, str]]) -> Person | None:
 
 def _full_name(cells: Mapping[str, str]) -> str:
     """The name of a student; some lists call the last name `Name`, others have an identifier only."""
-    last, first = cells.get("LastName", ""), cells.get("FirstName", "")
-    name = cells.get("Student", "")
+    name, last, first, identifier = (cells.get(key, "") for key in (*NAMES, "Identifier"))
     if name and not last and not {*words_of(first)} <= {*words_of(name)}:
         last, name = name, ""
-    identifier = "" if re.search("[0-9@]", cells.get("Identifier", "")) else cells.get("Identifier", "")
-    return name or ", ".join(filter(None, [last, first])) or identifier
+    named = "" if re.search("[0-9@]", identifier) else identifier
+    return name or ", ".join(filter(None, [last, first])) or named

@@ -134,27 +134,20 @@ def _gradescope(students: Students, style: ReportStyle) -> Iterator[str]:
     """
     silent = style.feedback is Feedback.none
     for student in students:
-        yield json_line(
+        tests = [
             {
-                "score": student.score,
-                "output_format": "text",
-                "test_output_format": "text",
-                "test_name_format": "text",
-                "visibility": "hidden" if silent else "visible",
-                "stdout_visibility": "hidden",
-                "extra_data": {"student": student.student, "source": student.source},
-                "tests": [
-                    {
-                        "name": question.id,
-                        "score": question.score,
-                        "max_score": question.max_score,
-                        "status": "passed" if question.verdict == "correct" else "failed",
-                        "output": "" if silent else _output(question),
-                    }
-                    for question in student.questions
-                ],
+                "name": question.id,
+                "score": question.score,
+                "max_score": question.max_score,
+                "status": "passed" if question.verdict == "correct" else "failed",
+                "output": "" if silent else _output(question),
             }
-        )
+            for question in student.questions
+        ]
+        about = {"student": student.student, "source": student.source}
+        seen = {"visibility": "hidden" if silent else "visible", "stdout_visibility": "hidden"}
+        plain = dict.fromkeys(("output_format", "test_output_format", "test_name_format"), "text")
+        yield json_line({"score": student.score, **plain, **seen, "extra_data": about, "tests": tests})
 
 
 def _output(question: Judged) -> str:
@@ -220,10 +213,9 @@ def table(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     What needs a person is listed first; the blocks of students repeat only the marks of it.
     """
     seen = list(students)
-    parts = ["".join(_block(student, style, len(seen) > 1) for student in seen)]
-    if len(seen) > 1:
-        parts = [_urgent(seen, style), *parts, _summary(seen, style)]
-    yield "\n".join(filter(None, parts))
+    blocks = "".join(_block(student, style, len(seen) > 1) for student in seen)
+    around = [_urgent(seen, style), blocks, _summary(seen, style)] if len(seen) > 1 else [blocks]
+    yield "\n".join(filter(None, around))
 
 
 def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
@@ -235,13 +227,11 @@ def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
         others = replace(missing[0], id="others", title=names, max_score=worth)
         shown = [*(q for q in shown if q not in missing), others]
     widest = max((len(score(question)) for question in shown), default=0)
-    rows = [
-        TextRow(
-            ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict)),
-            question.title if brief and question.is_urgent else _remarks(question, style, question.title),
-        )
-        for question in shown
-    ]
+    rows = []
+    for question in shown:
+        heads = ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict))
+        is_told = brief and question.is_urgent
+        rows.append(TextRow(heads, question.title if is_told else _remarks(question, style, question.title)))
     right = all(question.verdict == "correct" for question in student.questions)
     earned = f"  {score(student)}{'  all correct' if right else ''}"
     return block(((student.student, "bold"), (earned, "")), rows, style)
@@ -271,13 +261,10 @@ def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
 
 
 def _urgent(students: Sequence[Judgement], style: ReportStyle) -> str:
-    rows = [
-        TextRow(
-            ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
-            _remarks(question, style),
-        )
-        for place, question in urgent(students)
-    ]
+    rows = []
+    for place, question in urgent(students):
+        heads = ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict))
+        rows.append(TextRow(heads, _remarks(question, style)))
     count = "1 answer needs a person" if len(rows) == 1 else f"{len(rows)} answers need a person"
     head = ((f"{count}: not judged, or not readable", COLOURS["review"]),)
     return block(head, rows, style) if rows else ""
