@@ -177,6 +177,7 @@ def _full(numbers: Mapping[int, float], count: int) -> Floats:
 
 A_ROWS = [_full(row, stage) for stage, row in enumerate(STAGES)]
 B_ROW, ERROR_5_ROW, B_3_ROW = (_full(row, len(STAGES)) for row in (WEIGHTS, ERROR_5, WEIGHTS_3))
+ERROR_3_ROW = B_ROW - B_3_ROW
 
 COLUMNS = 16
 """Arrays of states have a multiple of so many columns in products with the tableau.
@@ -199,59 +200,73 @@ def slopes_of(f: Elements, t: Floats, y: Floats) -> Floats:
     return slopes
 
 
-def combined(weights: Floats, stages: Floats) -> Floats:
-    """The sum of stages (s by n by m) with weights (s), where m is a multiple of COLUMNS."""
-    total: Floats = np.dot(weights, stages.reshape(len(stages), -1)).reshape(stages.shape[1:])
-    return total
+class ArraySteps:
+    """Steps of the method for m columns at once, from states (n by m), each by a length of its own (m).
 
+    m is a multiple of COLUMNS. The arrays in which a step is worked out are used again for the next one, as
+    new memory would cost as much as the arithmetic. `increments` (12 by n by m) are h times the stages.
+    """
 
-def array_stages(f: Elements, t: Floats, h: Floats, y: Floats, k: Floats) -> Floats:
-    """The stages (12 by n by m) of a step for each column: from y (n by m) with slope k at t (m) by h (m)."""
-    stages = np.empty((len(STAGES), *y.shape))
-    stages[0] = k
-    for stage, node, row in zip(range(len(STAGES)), NODES, A_ROWS, strict=True):
-        if stage:
-            stages[stage] = slopes_of(f, t + node * h, y + h * combined(row, stages[:stage]))
-    return stages
+    def __init__(self, f: Elements, shape: tuple[int, ...]) -> None:
+        self.f, self.shape = f, shape
+        self.increments = np.empty((len(STAGES), *shape))
+        self.state, self.time = np.empty(shape), np.empty(shape[1])
+        self.flat, self.rows = self.increments.reshape(len(STAGES), -1), list(self.state)
+        # Loops over rows of arrays make views of them, which takes as long as the arithmetic of a short row.
+        self.targets = [list(stage) for stage in self.increments]
+
+    def combined(self, weights: Floats, out: Floats | None = None) -> Floats:
+        """The sum (n by m) of the first increments with these weights."""
+        out = np.empty(self.shape) if out is None else out
+        np.dot(weights, self.flat[: len(weights)], out=out.reshape(-1))
+        return out
+
+    def after(self, t: Floats, h: Floats, y: Floats, k: Floats) -> Floats:
+        """The states after the steps from y, where the slope is k; the increments are kept."""
+        np.multiply(k, h, out=self.increments[0])
+        for row, node, targets in zip(A_ROWS[1:], NODES[1:], self.targets[1:], strict=True):
+            self.combined(row, self.state)
+            self.state += y
+            np.multiply(h, node, out=self.time)
+            self.time += t
+            for slope, target in zip(self.f(self.time, *self.rows), targets, strict=False):
+                np.multiply(slope, h, out=target)
+        return y + self.combined(B_ROW)
+
+    def with_error(
+        self,
+        t: Floats,
+        h: Floats,
+        y: Floats,
+        k: Floats,
+        sizes: Floats,
+        tolerance: float,
+        parts: Sequence[slice],
+    ) -> tuple[Floats, Floats, Floats]:
+        """The errors (m) of the steps, the states after them, and their slopes, as `Step` has them.
+
+        `sizes` (blocks by m) are those to which errors of blocks are relative at least; `parts` are the rows
+        of each block.
+        """
+        after = self.after(t, h, y, k)
+        p, q = (norms(self.combined(row), parts) for row in (ERROR_5_ROW, ERROR_3_ROW))
+        for states in (self.increments[0], y, after):
+            sizes = np.maximum(sizes, norms(states, parts))
+        # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes.
+        errors = np.maximum(p / np.sqrt(1 + np.square(0.1 * q / p)), q * tolerance**0.75)
+        errors /= tolerance * sizes
+        # Without an error of order 5, nothing is to be made of that of order 3.
+        np.copyto(errors, 0.0, where=p == 0)
+        slopes = slopes_of(self.f, t + h, after)
+        # Of a number that is not finite, nought times it is NaN.
+        return errors.max(axis=0) + 0.0 * (after.sum(axis=0) + slopes.sum(axis=0)), after, slopes
 
 
 def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
-    """One step of the method for each column: from y (n by m) at t (m) by h (m)."""
+    """One step of the method for each column: from y (n by m) at t (m) by h (m), for any m."""
     every = padded(len(t))
-    stages = array_stages(f, t[every], h[every], y[:, every], slopes_of(f, t[every], y[:, every]))
-    return y + h * combined(B_ROW, stages)[:, : len(t)]
-
-
-def array_step_with_error(
-    f: Elements,
-    t: Floats,
-    h: Floats,
-    y: Floats,
-    k: Floats,
-    sizes: Floats,
-    tolerance: float,
-    parts: Sequence[slice],
-) -> tuple[Floats, Floats, Floats]:
-    """The errors (m) of one step for each column, the states after it, and their slopes, as `Step` has them.
-
-    `sizes` (blocks by m) are those to which errors of blocks are relative at least; `parts` are the rows of
-    each block. The number of columns is a multiple of COLUMNS.
-    """
-    stages = array_stages(f, t, h, y, k)
-    slope = combined(B_ROW, stages)
-    after = y + h * slope
-    p, q, *others = (
-        norms(rows, parts)
-        for rows in (combined(ERROR_5_ROW, stages), slope - combined(B_3_ROW, stages), y, after, h * k)
-    )
-    size = sizes
-    for other in others:
-        size = np.maximum(size, other)
-    errors = np.maximum(p * (p / np.hypot(p, 0.1 * q)), q * tolerance**0.75) * (h / size) / tolerance
-    # Without an error of order 5, p is zero, and p/p is not to be used.
-    error = np.where(p == 0, 0.0, errors).max(axis=0)
-    slopes = slopes_of(f, t + h, after)
-    return error + 0.0 * (after.sum(axis=0) + slopes.sum(axis=0)), after, slopes
+    t, h, y, count = t[every], h[every], y[:, every], len(t)
+    return ArraySteps(f, y.shape).after(t, h, y, slopes_of(f, t, y))[:, :count]
 
 
 def norms(rows: Floats, parts: Sequence[slice]) -> Floats:

@@ -7,17 +7,23 @@ get too short, or too many, or may go over something narrow: it is left to the i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core import dormand_prince
 from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.dormand_prince import (
+    SAMPLED_AT_ONCE,
+    ArraySteps,
+    array_step,
+    norms,
+    padded,
+    slopes_of,
+)
 from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, sides
-from rigidcli.core.second_run import other_tolerance
+from rigidcli.core.second_run import MISSED, other_tolerance
 from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
 
 MOST_TOGETHER = 20_000
@@ -26,14 +32,26 @@ MOST_TOGETHER = 20_000
 LOOKS_AHEAD = 1024
 """Steps from one estimate of whether the most steps are enough to the next."""
 
-AT_ONCE = 16_384
+MOST_FAILURES = 40
+"""The most tries of one step: each is at most nine tenths as long as the one before."""
+
+AT_ONCE = 8192
 """Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache."""
 
+FEWEST_AT_ONCE = 256
+"""Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic."""
+
+ONE_OF = 8
+"""One start in so many has a second solution where no digits are told."""
+
+MOST_WAITING = 16
+"""One start in so many may wait for the others: to take these out of the arrays takes as long as a step."""
+
 Marks: TypeAlias = NDArray[np.bool_]
+Places: TypeAlias = NDArray[np.int_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Paths:
+class Paths(NamedTuple):
     """The states of m starts at k times (k by n by m), their steps (m), and the largest sizes (n by m).
 
     The starts that are to be followed `alone` (m) have none.
@@ -43,6 +61,10 @@ class Paths:
     steps: NDArray[np.int_]
     largest: Floats
     alone: Marks
+
+    def of(self, some: Places) -> Paths:
+        """The paths from the starts at some places."""
+        return Paths(self.states[..., some], self.steps[some], self.largest[:, some], self.alone[some])
 
 
 class ManyStarts(NamedTuple):
@@ -64,36 +86,60 @@ class ManyStarts(NamedTuple):
 
 def paths(problem: ManyStarts, starts: Floats, times: Floats) -> Paths:
     """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them."""
-    count, size = starts.shape[1], max(256, AT_ONCE // len(starts))
+    count, size = starts.shape[1], max(FEWEST_AT_ONCE, AT_ONCE // len(starts))
     longest = np.broadcast_to(problem.longest, count)
     parts = []
     for first in range(0, count, size):
-        some = first + dormand_prince.padded(min(size, count - first))
-        part = _Lanes(problem._replace(longest=longest[some]), starts[:, some], times).followed()
         real = min(size, count - first)
-        parts.append([each[..., :real] for each in (part.states, part.steps, part.largest, part.alone)])
+        some = first + padded(real)
+        part = _Lanes(problem._replace(longest=longest[some]), starts[:, some], times).followed()
+        parts.append([each[..., :real] for each in part])
     return Paths(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
 
 
-def twice(problem: ManyStarts, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
-    """The solutions, and second ones to the tolerance of a second run."""
-    other, first = (
-        problem._replace(tolerance=other_tolerance(problem.tolerance)),
-        paths(problem, starts, times),
+def twice(
+    problem: ManyStarts,
+    starts: Floats,
+    times: Floats,
+    distance: Callable[[Paths, Paths], Floats],
+    every: int = 1,
+) -> tuple[Paths, Floats]:
+    """The solutions, and how far (k by m) they are from second ones, to the tolerance of a second run.
+
+    `distance` gives that of some starts. With `every`, one start in so many has a second solution, and the
+    others count as far off as the worst of these; but all have one if that is far enough to be looked into.
+    Starts without a second solution are `alone`, too.
+    """
+    first = paths(problem, starts, times)
+    some = np.arange(0, starts.shape[1], every)
+    other = problem._replace(
+        tolerance=other_tolerance(problem.tolerance),
+        longest=np.broadcast_to(problem.longest, len(first.alone))[some],
     )
-    return first, paths(other, np.where(first.alone, np.nan, starts), times)
+    mine = first.of(some)
+    second = paths(other, np.where(mine.alone, np.nan, starts[:, some]), times)
+    alone = mine.alone | second.alone
+    apart = np.where(alone, 0.0, distance(mine, second))
+    if every > 1 and (apart.max() > MISSED or (second.alone & ~mine.alone).any()):
+        return twice(problem, starts, times, distance)
+    first.alone[some] = alone
+    return first, apart if every == 1 else np.repeat(
+        apart.max(axis=1, keepdims=True), starts.shape[1], axis=1
+    )
 
 
 class _Going(NamedTuple):
     """What belongs to each start on its way; all arrays have a column for each start.
 
-    These are the time, the length of the next step, the state and its slope, the least sizes and the floors
-    of the blocks, the largest sizes so far, the number of steps, and how often the next step has failed. The
-    last two have the times (first row) and the watched values at the ends of the last two steps.
+    These are the time, the length of the next step and its bound, the state and its slope, the least sizes
+    and the floors of the blocks, the largest sizes so far, the number of steps, how often the next step has
+    failed, and when the next sample is due. The last two have the times (first row) and the watched values
+    at the ends of the last two steps.
     """
 
     t: Floats
     h: Floats
+    longest: Floats
     y: Floats
     k: Floats
     least: Floats
@@ -101,11 +147,9 @@ class _Going(NamedTuple):
     largest: Floats
     steps: Floats
     failures: Floats
+    due: Floats
     older: Floats
     last: Floats
-
-    def taken(self, places: NDArray[np.int_]) -> _Going:
-        return _Going(*(part[..., places] for part in self))
 
 
 class _Lanes:
@@ -116,24 +160,27 @@ class _Lanes:
         self.f, self.watched = problem.flow(np), columns(problem.moving)
         self.measured, count = problem.parts[-1].stop, starts.shape[1]
         self.end = float(times[-1])
-        self.longest = np.minimum(problem.longest, self.end)
         self.states = np.full((len(times), len(starts), count), np.nan)
-        self.next = np.full(count, np.searchsorted(times, 0.0, side="right"))
-        self.states[: self.next[0]] = starts
+        begun = np.searchsorted(times, 0.0, side="right")
+        self.states[:begun] = starts
         self.alone = np.zeros(count, dtype=bool)
         self.wanted: list[tuple[Any, ...]] = []
+        self.count = 0  # of the samples in them
         t, blocks = np.zeros(count), (len(problem.parts), count)
+        longest = np.minimum(np.broadcast_to(problem.longest, count), self.end)
         watched = np.vstack([t, self.watched(t, *starts)])
         self.all = _Going(
             t,
-            np.minimum(self.end / 1000, self.longest),
+            np.minimum(self.end / 1000, longest),
+            longest,
             starts.copy(),
-            dormand_prince.slopes_of(self.f, t, starts),
+            slopes_of(self.f, t, starts),
             np.full(blocks, SMALLEST_SCALE),
             np.zeros(blocks),
             np.abs(starts),
             np.zeros(count),
             np.zeros(count),
+            np.full(count, np.append(times, np.inf)[begun]),
             watched.copy(),
             watched,
         )
@@ -159,116 +206,140 @@ class _Lanes:
                 parts=[slice(self.measured)], tolerance=1e-6, moving=lambda _: lambda *_: ()
             )
             largest = _Lanes(crude, y, self.times[-1:], 4 * STEPS_PER_REPORT).followed().largest
-            self.all.least[:] = np.maximum(
-                1e-3 * dormand_prince.norms(largest, parts) * empty, SMALLEST_SCALE
-            )
+            self.all.least[:] = np.maximum(1e-3 * norms(largest, parts) * empty, SMALLEST_SCALE)
 
     def _cross(self, goal: float, beyond: float) -> None:
         """Go to the time just beyond a stop; at the start only where the slopes jump."""
-        h, (t, _, y, k, *_) = beyond - goal, self.all
-        slopes = dormand_prince.slopes_of(self.f, np.full_like(t, beyond), y + h * k)
+        h, (t, _, _, y, k, *_) = beyond - goal, self.all
+        slopes = slopes_of(self.f, np.full_like(t, beyond), y + h * k)
         jumps = np.linalg.norm(slopes - k, axis=0) > 0.01 * np.maximum(*(
             np.linalg.norm(each, axis=0) for each in (slopes, k)
         ))  # fmt: skip
         go = jumps if goal == 0 else np.ones_like(jumps)
         np.copyto(y, y + h * (k + slopes) / 2, where=go)
         np.copyto(t, beyond, where=go)
-        k[:] = dormand_prince.slopes_of(self.f, t, y)
+        k[:] = slopes_of(self.f, t, y)
 
     def _march(self, goal: float) -> None:
         """Follow all starts to the goal; those that do not get there are `alone`."""
-        done, active, going, turn = self.alone | (self.all.t >= goal), np.arange(len(self.alone)), self.all, 0
+        going, active, done = self.all, np.arange(len(self.alone)), self.alone | (self.all.t >= goal)
+        method: ArraySteps | None = None
+        turn = 0
         while True:
-            if done.sum() > len(done) // 8 or done.all():
+            left = int(np.count_nonzero(~done))
+            if method is None or not left or left < len(done) - len(done) // MOST_WAITING:
                 if turn:
                     for whole, part in zip(self.all, going, strict=True):
                         whole[..., active] = part
-                if done.all():
+                if not left:
                     return
                 # Some that are done fill the columns up.
-                rest = np.argsort(done, kind="stable")[: len(dormand_prince.padded((~done).sum()))]
-                active = active[rest]
-                going = self.all.taken(active)
+                active = active[np.argsort(done, kind="stable")[: len(padded(left))]]
+                going = _Going(*(part[..., active] for part in self.all))
+                method = ArraySteps(self.f, going.y.shape)
             if not turn % STEPS_PER_REPORT:
                 going.floors[:] = self._floors(going)
-            going, bad = self._stepped(goal, active, going)
+            going, bad = self._stepped(method, goal, active, going)
+            if turn and not turn % STEPS_PER_REPORT:
+                bad |= (going.steps > self.most) | (going.h < self._shortest(going.t))
             if turn and not turn % LOOKS_AHEAD:
                 bad |= self.end - going.t > (self.most - going.steps) * going.h
-            self.alone[active[bad]] = True
-            done = self.alone[active] | (going.t == goal)
+            is_there = going.t == goal
+            self.alone[active[bad & ~is_there]] = True
+            done = is_there | self.alone[active]
             turn += 1
 
-    def _stepped(self, goal: float, active: NDArray[np.int_], going: _Going) -> tuple[_Going, Marks]:
-        """The starts after one try of a step each, and which of them are to be followed alone."""
-        t, h, y, k, least, floors, largest, steps, failures, older, last = going
+    def _shortest(self, t: Floats) -> Floats:
+        return SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end)
+
+    def _stepped(
+        self, method: ArraySteps, goal: float, active: Places, going: _Going
+    ) -> tuple[_Going, Marks]:
+        """The starts after one try of a step each, and which of them are to be followed alone.
+
+        A start that waits at the goal makes a step of no length.
+        """
+        t, y, k, failures = going.t, going.y, going.k, going.failures
         left = goal - t
-        is_going = left > 0
-        to = np.where(left <= h, goal, t + np.where(left < 2 * h, left / 2, h))
-        h = to - t
-        error, after, slopes = dormand_prince.array_step_with_error(
-            self.f, t, h, y, k, np.maximum(floors * h, least), self.problem.tolerance, self.problem.parts
+        # What is left is shared by two steps, so that the last one is no mere rest.
+        to = t + np.where(left < 2 * going.h, left / 2, going.h)
+        np.copyto(to, goal, where=left <= going.h)
+        h, waiting = to - t, np.flatnonzero(left <= 0)
+        sizes = np.maximum(going.floors * h, going.least)
+        error, after, slopes = method.with_error(
+            t, h, y, k, sizes, self.problem.tolerance, self.problem.parts
         )
-        good = (error <= 1.0) & is_going
-        self._want(active, t, to, y, good)
-        scaled = np.where(error > 0, 0.9 / np.sqrt(np.sqrt(np.sqrt(error))), 6.0)
-        longer = np.clip(np.minimum(scaled, np.where(failures > 0, 1.0, 6.0)), 0.3, 6.0)
-        shorter = np.where(error < np.inf, np.maximum(0.1, scaled), 0.25)
-        failures = np.where(good, 0, failures + is_going)
-        steps += good
-        bad = (
-            (failures > 40)
-            | (steps > self.most)
-            | (h < SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end))
-        )
-        for whole, part in ((t, to), (y, after), (k, slopes)):
-            np.copyto(whole, part, where=good)
-        np.maximum(largest, np.abs(y), out=largest)
-        h = np.minimum(h * np.where(good, longer, shorter), self.longest[active])
-        h = np.where(is_going, h, going.h)  # those that wait at a stop go on from there
+        failed = np.flatnonzero(~(error <= 1.0))
+        for ends, begins in ((to, t), (after, y), (slopes, k)):
+            ends[..., failed] = begins[..., failed]
+        if (to >= going.due).any():
+            self._want(np.flatnonzero(to >= going.due), active, going, to)
+        # No step is more than six times as long as the last, and none grows after one that failed.
+        growth = np.minimum(0.9 / np.sqrt(np.sqrt(np.sqrt(error))), np.where(failures > 0, 1.0, 6.0))
+        growth[failed] = np.where(error[failed] < np.inf, np.maximum(growth[failed], 0.1), 0.25)
+        h = np.minimum(h * growth, going.longest)
+        h[waiting] = going.h[waiting]
+        tries, failures, steps = failures[failed] + 1, np.zeros_like(t), going.steps + 1
+        failures[failed] = tries
+        steps[failed] -= 1
+        steps[waiting] -= 1
+        bad = np.zeros(len(t), dtype=bool)
+        bad[failed] = (tries > MOST_FAILURES) | (h[failed] < self._shortest(t[failed]))
+        older, last = going.older, going.last
         if len(last) > 1:
-            now = np.vstack([t, self.watched(t, *y)])
+            now = np.vstack([to, self.watched(to, *after)])
+            good = to > t
             bad |= good & _narrow(older, last, now)
             older, last = np.where(good, last, older), np.where(good, now, last)
-        going = _Going(t, h, y, k, least, floors, largest, steps, failures, older, last)
-        return going, bad & is_going
+        going = going._replace(
+            t=to,
+            h=h,
+            y=after,
+            k=slopes,
+            largest=np.maximum(going.largest, np.abs(after)),
+            steps=steps,
+            failures=failures,
+            older=older,
+            last=last,
+        )
+        return going, bad
 
     def _floors(self, going: _Going) -> Floats:
         """What `runge_kutta.floors` gives, for each start."""
-        t, h, y, k, *_ = going
+        t, h, _, y, k, *_ = going
         noise = np.zeros_like(y)
         rows = np.arange(len(y))[:, None]
         if self.problem.roundings is not None:
-            errors = EPS * dormand_prince.slopes_of(self.problem.roundings(np), t, y)
-            moved = np.abs(k - dormand_prince.slopes_of(self.f, t, y + 4 * h * errors))
+            errors = EPS * slopes_of(self.problem.roundings(np), t, y)
+            moved = np.abs(k - slopes_of(self.f, t, y + 4 * h * errors))
             noise = np.fmax(errors, moved)
         for bit in range(max(1, (self.measured - 1).bit_length())):
             signs = np.where(rows < self.measured, np.where(rows >> bit & 1, 1.0, -1.0), 0.0)
             for move in (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS):
-                other = dormand_prince.slopes_of(self.f, t * (1 + move), y * (1 + move * signs))
+                other = slopes_of(self.f, t * (1 + move), y * (1 + move * signs))
                 noise = np.fmax(noise, np.abs(k - other))
-        sizes = dormand_prince.norms(noise, self.problem.parts)
+        sizes = norms(noise, self.problem.parts)
         return np.nan_to_num(2 * sizes / self.problem.tolerance, posinf=0.0)
 
-    def _want(self, active: NDArray[np.int_], t: Floats, to: Floats, y: Floats, good: Marks) -> None:
-        """Note the samples that are inside the good steps, and where these steps begin."""
-        first = self.next[active]
-        last = np.where(good, np.searchsorted(self.times, to, side="right"), first)
-        some = np.flatnonzero(last > first)
-        if len(some):
-            self.next[active] = last
-            count = (last - first)[some]
-            which = np.repeat(some, count)
-            place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count - first[some], count)
-            self.wanted.append((place, active[which], t[which], y[:, which]))
-            if sum(len(entry[0]) for entry in self.wanted) > dormand_prince.SAMPLED_AT_ONCE:
-                self._sample()
+    def _want(self, some: Places, active: Places, going: _Going, to: Floats) -> None:
+        """Note the samples that are inside the steps of some starts, and where these steps begin."""
+        first = np.searchsorted(self.times, going.due[some])
+        last = np.searchsorted(self.times, to[some], side="right")
+        going.due[some] = np.append(self.times, np.inf)[last]
+        count = last - first
+        which = np.repeat(some, count)
+        place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count - first, count)
+        self.wanted.append((place, active[which], going.t[which], going.y[:, which]))
+        self.count += len(which)
+        if self.count > SAMPLED_AT_ONCE:
+            self._sample()
 
     def _sample(self) -> None:
         """Take a step to each sample from the beginning of the step that it is in."""
         if self.wanted:
             place, which, t, y = (np.concatenate(parts, axis=-1) for parts in zip(*self.wanted, strict=True))
-            self.wanted = []
-            self.states[place, :, which] = dormand_prince.array_step(self.f, t, self.times[place] - t, y).T
+            self.wanted, self.count = [], 0
+            self.states[place, :, which] = array_step(self.f, t, self.times[place] - t, y).T
 
 
 def _narrow(first: Floats, second: Floats, third: Floats) -> Marks:

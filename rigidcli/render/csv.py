@@ -84,7 +84,8 @@ def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
         # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
         lines = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].decode().split("],[")
         if whole:
-            lines = [f"{place},{line}".rstrip(",") for place, line in zip(parts[0], lines, strict=True)]
+            places = np.asarray(parts[0]).tolist()  # whole numbers of numpy are slow to write
+            lines = [f"{place},{line}".rstrip(",") for place, line in zip(places, lines, strict=True)]
         yield "".join(f"{start}{line}\n" for line in lines)
 
 

@@ -134,10 +134,13 @@ def _starts(problem: InitialValueProblem, equations: _Equations) -> Floats:
     return np.concatenate([turned, np.where(equations.idle, 0.0, equations.moments * omega)], axis=1)
 
 
-def together(document: Document, first: InitialValueProblem, starts: Starts) -> Samples | None:
+def together(
+    document: Document, first: InitialValueProblem, starts: Starts, every: int = 1
+) -> Samples | None:
     """A function from places to the motions of some starts in arrays, as `many` follows them; None without.
 
-    It gives omega (m, k, 3) and orientation (m, k, 4), digits (m), and which starts (m) go alone.
+    It gives omega (m, k, 3) and orientation (m, k, 4), errors (m, rad), and which starts (m) go alone. One
+    start in `every` so many is integrated twice.
     """
     motion = document.motion
     try:
@@ -155,17 +158,23 @@ def together(document: Document, first: InitialValueProblem, starts: Starts) -> 
     )
 
     def samples(places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-        paths, second = many.twice(problem, _starts(starts(places), equations).T, first.times)
-        states, other = (each.states.transpose(2, 0, 1) for each in (paths, second))
-        apart = 2 * np.linalg.norm((states - other)[..., :4], axis=2).max(axis=1)
-        error = np.maximum(apart, EPS * (np.sqrt(paths.steps) + 4 * len(stops)))
+        begin = _starts(starts(places), equations).T
+        paths, apart = many.twice(problem, begin, first.times, _turned_apart, every)
+        states = paths.states.transpose(2, 0, 1)
+        error = np.maximum(apart.max(axis=0), EPS * (np.sqrt(paths.steps) + 4 * len(stops)))
         quaternions = states[..., :4] / np.linalg.norm(states[..., :4], axis=2, keepdims=True)
         omega = (states[..., 4:] / moments) @ axes.T
         orientation = rotation.continuous(rotation.compose(quaternions, rotation.inverse(turn)))
         # What two motions do not share is looked into alone.
-        return omega, orientation, error, paths.alone | second.alone | ~(error < MISSED)
+        return omega, orientation, error, paths.alone | ~(error < MISSED)
 
     return samples
+
+
+def _turned_apart(one: many.Paths, other: many.Paths) -> Floats:
+    """The angles (k by m, rad) between the orientations of two solutions."""
+    angles: Floats = 2 * np.linalg.norm((one.states - other.states)[:, :4], axis=1)
+    return angles
 
 
 def _principal(problem: InitialValueProblem) -> tuple[Floats, Floats]:

@@ -104,7 +104,8 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
     def samples(places: range) -> Iterator[StartReport]:
         begin = np.zeros((size, len(places)))
         begin[: len(starts)] = starts[:, places.start : places.stop]
-        found, alone = _followed(problem, equations, begin)
+        # Rows of samples have no digits, which a summary has.
+        found, alone = _followed(problem, equations, begin, many.ONE_OF if form == "rows" else 1)
         for is_alone, group in groupby(range(len(places)), key=lambda index: bool(alone[index])):
             some = list(group)
             if is_alone:
@@ -247,19 +248,26 @@ def _foreseen(watched: Watched, values: Sequence[float], orbit: Orbit) -> tuple[
 
 
 def _followed(
-    problem: _ManyOrbits, equations: many.ManyStarts, begin: Floats
+    problem: _ManyOrbits, equations: many.ManyStarts, begin: Floats, every: int = 1
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
     """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
 
-    All are integrated twice, and the digits are those that both share, as of a single orbit.
+    One of `every` so many is integrated twice, and the digits are those that both solutions share, as of a
+    single orbit.
     """
     derivation, motion, _, times, functions, conserved, invariants, integrands = problem
-    paths, second = many.twice(equations, begin, times)
-    alone = paths.alone | second.alone
     size, span = 2 * len(derivation.phase.coordinates), float(times[-1])
-    scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
-    scale = np.where(scale > 0, scale, 1.0)
-    apart = np.abs((paths.states - second.states)[:, :size] / scale).max(axis=1)  # times by starts
+
+    def scale_of(paths: many.Paths) -> Floats:
+        scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
+        return np.where(scale > 0, scale, 1.0)
+
+    def distance(one: many.Paths, other: many.Paths) -> Floats:
+        apart: Floats = np.abs((one.states - other.states)[:, :size] / scale_of(one)).max(axis=1)
+        return apart
+
+    paths, apart = many.twice(equations, begin, times, distance, every)
+    scale = scale_of(paths)
     roundings, observe = columns(motion.roundings), motion.function([*functions.values()])
     sizes = {key: motion.function(terms(e)) for key, e in functions.items()}
     kept = {str(e): motion.function(terms(e)) for e in (*conserved, *invariants)}
@@ -301,7 +309,7 @@ def _followed(
             {key: float(size.max()) for key, size in scales.items()},
         )
 
-    return some, alone.tolist()
+    return some, paths.alone.tolist()
 
 
 def _drift(values: Floats, parts: Floats) -> float:
