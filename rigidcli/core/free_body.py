@@ -1,24 +1,48 @@
 """Torque-free motion of a rigid body: Euler's equations without a torque, and the attitude, in closed form.
 
 The body moves about its centre of mass, or about a fixed point at which every outer force acts. Its omega is
-constant, or it circulates about the axis of the largest or of the smallest moment: see `core.circulation`.
+constant, or it circulates about the axis of the largest or of the smallest moment.
+
+    a, b, c       principal axes, right-handed: omega circulates about c, the axis of the largest or of the
+                  smallest moment, and b is the intermediate one
+    Ia, Ib, Ic    moments about them (kg m^2); L angular momentum (kg m^2/s), T kinetic energy (J)
+    wa, wb, wc    components of omega at t = 0 (rad/s), along axes whose signs make wa and wc >= 0
+    a1, a2, a3    amplitudes of the components of omega (rad/s)
+    cn, sn, dn    Jacobi's elliptic functions of the modulus k, with k' = sqrt(1 - k^2)
+    u, u0, rate   their argument, its value at t = 0, and its rate of change (rad/s)
+    phi, phi'     angle by which c has turned about L (rad), and its rate
+
+    d2 = Ic (Ic-Ib) wc^2 - Ia (Ib-Ia) wa^2  (= L^2 - 2 T Ib)
+    a1^2 = wa^2 + Ib (Ic-Ib)/(Ia (Ic-Ia)) wb^2,   a2^2 = wb^2 + Ia (Ic-Ia)/(Ib (Ic-Ib)) wa^2
+    a3^2 = wc^2 + Ib (Ib-Ia)/(Ic (Ic-Ia)) wb^2,   omega = (a1 cn u, a2 sn u, a3 dn u),   u = rate t + u0
+    k = sqrt(Ia (Ib-Ia)/(Ic (Ic-Ib))) a1/a3,      k' = sqrt(|d2|/(Ic |Ic-Ib|))/a3
+    rate = sqrt((Ic-Ib) (Ic-Ia)/(Ia Ib)) a3,      n = Ic (Ib-Ia)/(Ia (Ic-Ib))
+
+In space, c turns about the fixed L at the rate phi' = L (La^2/Ia + Lb^2/Ib)/(La^2 + Lb^2), so that
+
+    phi = L t/Ib + L (Ib-Ia)/(Ia Ib rate) G(u),   G(u) = integral from 0 to u of cn^2/(1 + n sn^2)
+
+Sources: L. Landau, E. Lifshitz, Mechanics, section 37; R. van Zon, J. Schofield, J. Comput. Phys. 225 (2007)
+145. Where this differs: everything is formed of differences of moments, not of L^2 and 2 T I; k' is a number
+of its own; signs are put into the axes, so that one formula serves both kinds of circulation; phi grows from
+L t/Ib and not from L t/Ic, as then what is added stays moderate for slender and for nearly symmetric bodies.
 Many motions of one body are the same formulas over a first axis of arrays.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.circulation import COUPLED_NOISE, Circulation, State, circulations
-from rigidcli.core.principal import EQUAL_MOMENTS
-from rigidcli.core.rotation import compose, continuous, inverse
-from rigidcli.core.sensitivity import representative, to_rounding
+from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi
+from rigidcli.core.principal import EQUAL_MOMENTS, principal_moments
+from rigidcli.core.rotation import as_quaternion, compose, continuous, inverse, representative, to_rounding
 from rigidcli.core.tensor import ROUNDING_OF_SUM, without_rounding
 from rigidcli.errors import ComputationError
 
@@ -89,7 +113,6 @@ def circulation(tensor: Floats, omega: Floats) -> Circulation | None:
 
 
 def _regime(state: State) -> Regime:
-    """Which kind of motion it is."""
     low, middle, high = state.moments
     if not state.rates.any():
         return "rest"
@@ -200,7 +223,7 @@ def _turning(omegas: Floats, orientations: Floats, times: Floats) -> Floats:
 def sensitivity(tensor: Floats, omegas: Floats, orientations: Floats, times: Floats) -> Floats:
     """How far (m, rad, at most pi) the attitude of each motion moves when tensor and omega are rounded.
 
-    The largest over `times` (n, s), or some of them: see `core.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `rotation.to_rounding`.
     """
     sample, tensor = representative(times), without_rounding(tensor)
     rows, columns = np.triu_indices(3)
@@ -213,3 +236,174 @@ def sensitivity(tensor: Floats, omegas: Floats, orientations: Floats, times: Flo
 
     inputs = [*tensor[rows, columns], *omegas.T]
     return to_rounding(moved, inputs, inputs, motions(tensor, omegas, orientations, sample)[1])
+
+
+COUPLED_NOISE = 8 * EPS
+"""The rounding error of a tensor that is not diagonal, in units of its largest entry."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """A body and the angular velocities at t = 0 of m motions.
+
+    `moments` (3, ascending) are in units of the largest. `rates` (m, 3) are the components of omega along
+    `axes` (rows), in units of `speeds` (m, rad/s), the largest component of each omega as it was given.
+    `coupled` says that the tensor is not diagonal: then its axes are rounded.
+    """
+
+    moments: tuple[float, float, float]
+    axes: Floats
+    rates: Floats
+    speeds: Floats
+    coupled: bool
+
+    @classmethod
+    def of(cls, tensor: Floats, omegas: Floats) -> State:
+        """From a tensor (3 by 3, kg m^2) and angular velocities (m, 3; rad/s) along the same axes."""
+        tensor = without_rounding(tensor)
+        moments, (first, second, _) = principal_moments(tensor)
+        axes = np.array([first, second, np.cross(first, second)])
+        low, middle, high = (moments / (moments[2] or 1.0)).tolist()
+        speeds = np.abs(omegas).max(axis=1)
+        speeds = np.where(speeds > 0, speeds, 1.0)
+        coupled = bool((tensor != np.diag(tensor.diagonal())).any())
+        return cls((low, middle, high), axes, omegas / speeds[:, None] @ axes.T, speeds, coupled)
+
+    def excess(self) -> tuple[Floats, Floats]:
+        """d2 = L^2 - 2 T I2 (m), and the sum of the two terms of which it is the difference."""
+        low, middle, high = self.moments
+        first, _, third = self.rates.T
+        more, less = high * (high - middle) * third**2, low * (middle - low) * first**2
+        return more - less, more + less
+
+    def steady(self, *, rounded: bool) -> NDArray[np.bool_]:
+        """Whether omega is constant (m): L x omega is zero, or may be so if the tensor is `rounded`.
+
+        A tensor that is off turns its axes, so that each component of L x omega is off by as much.
+        """
+        low, middle, high = self.moments
+        if low <= 0:
+            return np.ones(len(self.rates), dtype=bool)
+        noise = COUPLED_NOISE * high if rounded and self.coupled else 0.0
+        square, constant = (self.rates**2).sum(axis=1), np.ones(len(self.rates), dtype=bool)
+        for gap, i, j in ((high - middle, 1, 2), (high - low, 2, 0), (middle - low, 0, 1)):
+            across = gap * np.abs(self.rates[:, i]) * np.abs(self.rates[:, j])
+            constant &= across <= noise * square
+        return constant
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circulation:
+    """Motions in which omega circulates about one axis; the letters are those of the module's docstring.
+
+    `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. The quaternions
+    `frames` (m, 4), whose signs mean nothing, turn the axes of the body to a, b, c. Per motion (m, 1):
+    `start` is u0, `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s),
+    `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are
+    those of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
+    """
+
+    axes: Floats
+    signs: Floats
+    frames: Floats
+    amplitudes: Floats
+    shares: Floats
+    n: float
+    k: Floats
+    complement: Floats
+    rate: Floats
+    start: Floats
+    quarter: Floats
+    mean_rate: Floats
+    swing: Floats
+    mean_growth: Floats
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """omega (m, n, 3) in body axes, and quaternions (m, n, 4) from the axes a, b, c to those along L."""
+        u = self.rate * times + self.start
+        finite = np.where(np.isfinite(self.quarter), self.quarter, 1.0)
+        halves = np.where(np.isfinite(self.quarter), np.rint(u / (2 * finite)), 0.0)
+        u = u - halves * 2 * finite
+        sn, cn, dn = jacobi(u, self.complement)
+        angle = self.mean_rate * times
+        if self.n:
+            swaying = growth(self.n, self.k, self.complement, sn, cn, dn) - self.mean_growth * u
+            angle = angle + self.swing * swaying
+        sign = 1 - 2 * np.mod(halves, 2)
+        turning = np.stack([sign * cn, sign * sn, dn], axis=-1)
+        return self.signs * self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
+
+
+def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: bool) -> Circulation:
+    """The constants of the `chosen` motions of a state, all about the same axis, with `d` = sqrt|d2| (m)."""
+    (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
+    if about_low:
+        turn = np.array([1, -1, 1])
+        axes, rates, (Ia, Ib, Ic) = turn[:, None] * axes[::-1], turn * rates[:, ::-1], (Ic, Ib, Ia)
+    c_sign = np.where(rates[:, 2] < 0, -1.0, 1.0)
+    a_sign = np.where(rates[:, 0] < 0, -1.0, 1.0)
+    # Euler's equations stay as they are after half a turn about an axis: two signs make the third.
+    signs = np.stack([a_sign, a_sign * c_sign, c_sign], axis=-1)
+    wa, wb, wc = (signs * rates).T[..., None]
+    a1 = np.hypot(wa, math.sqrt(Ib / Ia * ((Ic - Ib) / (Ic - Ia))) * wb)
+    a2 = np.hypot(wb, math.sqrt(Ia / Ib * ((Ic - Ia) / (Ic - Ib))) * wa) * (1 if Ic > Ib else -1)
+    a3 = np.hypot(wc, math.sqrt(Ib / Ic * ((Ib - Ia) / (Ic - Ia))) * wb)
+    k = math.sqrt(Ia / Ic * ((Ib - Ia) / (Ic - Ib))) * a1 / a3
+    complement = np.minimum(d[:, None] / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
+    n = Ic / Ia * ((Ib - Ia) / (Ic - Ib))
+    rate = math.sqrt((Ic - Ib) / Ia * ((Ic - Ia) / Ib)) * a3
+    amplitudes = np.stack([a1, a2, a3], axis=-1)
+    momentum = np.sqrt(((rates * [Ia, Ib, Ic]) ** 2).sum(axis=1))[:, None]
+    # Half a turn about a, b or c changes two signs.
+    half_turns = np.where(a_sign < 0, np.where(c_sign < 0, 2, 3), np.where(c_sign < 0, 1, 0))
+    quarter = np.where(complement > 0, complete(complement, 1.0, 1.0, 1.0), math.inf)
+    mean_growth = complete(complement, 1 + n, 1.0, 0.0) / quarter
+    swing = momentum * ((Ib - Ia) / Ia / Ib) / rate
+    sn, cn, dn = wb / a2, wa / a1, wc / a3
+    speeds = state.speeds[chosen][:, None]
+    return Circulation(
+        axes,
+        signs[:, None],
+        compose(np.eye(4)[half_turns], as_quaternion(axes)),
+        amplitudes * speeds[..., None],
+        amplitudes * [Ia, Ib, Ic] / momentum[..., None],
+        n,
+        k,
+        complement,
+        rate * speeds,
+        sn * carlson_rf(cn, dn, 1.0),
+        quarter,
+        (momentum / Ib + swing * rate * mean_growth) * speeds,
+        swing,
+        mean_growth,
+    )
+
+
+def _along(along: Floats, angle: Floats) -> Floats:
+    """The quaternions (..., 4) from axes a, b, c to axes of which the third is along L.
+
+    `along` (..., 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
+    rotation is Rz(angle) Rx(theta) Rz(psi), with half angles formed so that a small theta keeps its digits.
+    """
+    x, y, z = np.moveaxis(along, -1, 0)
+    across = np.hypot(x, y)
+    c = np.sqrt((1 + z) / 2)
+    s = across / (2 * c)
+    psi = np.arctan2(x, y)
+    total, difference = (angle + psi) / 2, (angle - psi) / 2
+    return np.stack(
+        [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)], axis=-1
+    )
+
+
+def circulations(
+    state: State, moving: NDArray[np.bool_], most: int = 1
+) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
+    """At most so many motions in which omega circulates at a time, about one axis: their places and paths."""
+    excess, _ = state.excess()
+    d = np.sqrt(np.abs(excess))
+    for about_low in (False, True):
+        places = np.flatnonzero(moving & ((excess < 0) == about_low))
+        for begin in range(0, len(places), most):
+            chosen = places[begin : begin + most]
+            yield chosen, _circulation(state, chosen, d[chosen], about_low)

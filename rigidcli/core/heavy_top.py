@@ -31,7 +31,7 @@ from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, lag
 from rigidcli.core.free_body import SAMPLES_AT_ONCE
 from rigidcli.core.nutation import Start, Swing, rate_unit, swing
-from rigidcli.core.sensitivity import ULPS_MOVED, representative, to_rounding
+from rigidcli.core.rotation import ULPS_MOVED, representative, to_rounding
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
@@ -244,7 +244,7 @@ def sensitivity(
 ) -> float:
     """How far (rad, at most pi) the attitude moves when the numbers given change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `core.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `rotation.to_rounding`.
     """
     sample, inputs = representative(times), [lambda1, lambda3, weight_moment, *omega, *orientation]
 

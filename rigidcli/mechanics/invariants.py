@@ -37,8 +37,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import plain_tree
 from rigidcli.algebra.values import HIGH, LOW, is_zero
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elimination import echelon
+from rigidcli.core.arithmetic import Floats, echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket

@@ -41,8 +41,7 @@ from rigidcli.algebra.simplification import tidy as short_form
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.trees import Style
 from rigidcli.algebra.values import enclosed, is_zero, sampled
-from rigidcli.core.arithmetic import Array
-from rigidcli.core.elimination import echelon
+from rigidcli.core.arithmetic import Array, echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 from rigidcli.mechanics.phase_space import Phase, linear

@@ -76,9 +76,8 @@ def _head(name: str, unit: str, look: Look) -> str:
 
 def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it; whole numbers may begin them."""
-    first = columns[0].values
-    whole = np.asarray(first).dtype.kind == "i"
-    for begin in range(0, len(first), ROWS):
+    whole = np.asarray(columns[0].values).dtype.kind == "i"
+    for begin in range(0, len(columns[0].values), ROWS):
         parts = [column.values[begin : begin + ROWS] for column in columns]
         block = np.column_stack([np.empty((len(parts[0]), 0)), *parts[whole:]])
         # The brackets of the rows [[1,2],[3,4]] become the ends of lines.

@@ -112,7 +112,6 @@ def reports(
 def _alone(
     document: Document, run: Callable[[Document], Report], form: Form, place: int
 ) -> Report | RigidError:
-    """The report on one start, or its error."""
     try:
         result = run(document.start(place))
     except RigidError as error:
@@ -242,5 +241,4 @@ def starts_in(report: Report) -> int:
 
 
 def _samples(report: Report) -> Table:
-    """The table of the samples of a motion or an orbit."""
     return next(table for table in report.tables if table.data)

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.core.elimination import echelon
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar, echelon
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal

@@ -36,8 +36,6 @@ MOTIONS = {
 }
 """The kinds of motion, in words."""
 
-"""The stability of rotation about an axis, in words."""
-
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(
@@ -100,7 +98,6 @@ def follow(document: Document, progress: Callable[[float], None] | None = None) 
 
 
 def _fields(motion: Trajectory) -> list[Field]:
-    """The results except the samples and the stability of the axes."""
     frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
     momentum = motion.problem.tensor @ omega
     energy = float(omega @ momentum) / 2
@@ -128,7 +125,6 @@ def _fields(motion: Trajectory) -> list[Field]:
 
 
 def _stability(motion: Trajectory) -> Table:
-    """The stability of rotation about the principal axes with the initial |omega|."""
     frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
     about = free_body.about_axes(frame.moments, frame.groups)
     stable = [one.stable for one in about]

@@ -56,12 +56,8 @@ def _trajectory(
     beginning = problem.times == 0
     omega[beginning], orientation[beginning] = problem.omega, problem.orientation
     drift = drift_of(problem, omega, orientation)
-    return Trajectory(problem, omega, orientation, free, CLOSED_FORM, 0, _digits(error), drift)
-
-
-def _digits(error: float) -> float:
-    """Trusted digits where rounding makes this error (rad) in the inputs, and as much in the formulas."""
-    return digits(2 * error)
+    # The rounding of the formulas turns it by as much again.
+    return Trajectory(problem, omega, orientation, free, CLOSED_FORM, 0, digits(2 * error), drift)
 
 
 def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:

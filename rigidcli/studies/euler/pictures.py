@@ -186,7 +186,6 @@ def _scaled(vectors: Floats, length: float) -> Floats:
 
 
 def _from_centre(tips: Floats) -> Floats:
-    """Arrows (n, 2, 3) from O to these tips (n, 3)."""
     return np.stack([np.zeros_like(tips), tips], axis=1)
 
 

@@ -313,7 +313,6 @@ def _followed(
 
 
 def _drift(values: Floats, parts: Floats) -> float:
-    """The largest change of values (m by k), in units of the largest sum of the sizes of their terms."""
     change = np.abs(values - values[:, :1]).max(axis=1)
     sizes = np.abs(parts).sum(axis=0).reshape(values.shape).max(axis=1)
     return float((change / np.where(change > 0, sizes, 1.0)).max())

@@ -255,7 +255,6 @@ def _samples(
     states: Floats,
     observed: Iterable[Floats],
 ) -> Samples:
-    """The samples at these times and states, with the values of `further` functions."""
     coordinates, momenta, energy = observed
     rows = motion.values([*further.values()], times, states)
     return {
@@ -326,7 +325,6 @@ def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats
 def _scales(
     motion: EquationsOfMotion, derivation: Derivation, samples: Samples, further: Mapping[str, Expr]
 ) -> dict[str, float]:
-    """The largest sum of the sizes of the terms of each sampled function, by its key."""
     times, states, phase = samples["times"], samples["states"], derivation.phase
     sizes = {key: np.abs(motion.values(terms(e), times, states)).sum(axis=0) for key, e in further.items()}
     keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]

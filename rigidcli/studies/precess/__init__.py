@@ -201,7 +201,6 @@ def _at_tilt(
 
 
 def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
-    """Precession of the document's body without torques."""
     n, frame = document.arithmetic, body_frame(document)
     omega = principal_omega(document, frame)
     momentum = n.tidy(frame.moments * omega)
@@ -239,7 +238,6 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
 
 
 def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    """The precession of a planet: the sum of the rates that its perturbers cause."""
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
     rates = []

@@ -109,7 +109,6 @@ def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
 
 
 def _free(document: Document, free: Results) -> Step:
-    """The rates of a symmetric body, with numbers."""
     n, frame = document.arithmetic, body_frame(document)
     axis = next((group[0] for group in frame.groups if len(group) == 1), 2)
     omega, L = principal_omega(document, frame), free["angular_momentum"]
