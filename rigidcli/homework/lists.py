@@ -69,9 +69,9 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
         raise Unreadable("parse_error", "bars mean a length: give the components")
     answer = in_brackets(answer)
-    if not is_square and (components := _in_unit_vectors(answer)) is not None:
-        return components
     try:
+        if not is_square and (components := _in_unit_vectors(answer)) is not None:
+            return components
         text = _separated(_ARRAY.sub("", plain(_rows_of_latex(answer))))
         if diagonal := _DIAGONAL.search(text):
             return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() :]), is_square)
@@ -107,6 +107,10 @@ def closings_of(text: str) -> dict[int, int]:
     return ends
 
 
+_DIVIDED = re.compile(rf"(?s)/\s*((?:\\?sqrt|√)?\s*[({{]?{DECIMAL}[)}}]?)\s*(.*)")
+"""A divisor behind the brackets of a list, and its unit: `/sqrt(2) m`."""
+
+
 def _parts(text: str) -> tuple[str, str, str]:
     """The factor before, the entries in, and the unit behind the brackets of a list."""
     for start, end in sorted(closings_of(text).items())[:MOST_BRACKETS]:
@@ -117,7 +121,7 @@ def _parts(text: str) -> tuple[str, str, str]:
         if re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind):
             break  # rows without brackets round them
         factor, behind = before.rstrip(" \t\n*"), behind.strip()
-        if divided := re.match(rf"/\s*((?:sqrt)?\s*\(?{DECIMAL}\)?)\s*(.*)", behind, re.DOTALL):
+        if divided := _DIVIDED.fullmatch(behind):
             return f"({factor or 1})/{divided[1]}", within, divided[2]
         if behind.startswith("/"):
             break
@@ -350,8 +354,11 @@ def _in_unit_vectors(text: str) -> list[str] | None:
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
     factor, unit = "", ""
-    if whole := re.fullmatch(r"(?s)([^()\ue000]*)\((.*\ue000.*)\)([^()\ue000]*)", found):
-        factor, found, unit = (part.strip().rstrip("*·") for part in whole.groups())
+    start = found.find("(")
+    end = closings_of(found).get(start, start)
+    if _E in found[start:end] and _E not in found[:start] + found[end:]:
+        factor, unit = found[:start].strip(" *·"), found[end + 1 :].strip(" *·")
+        found = found[start + 1 : end]
     components = ["", "", ""]
     terms = [term for term in cut(found, _NEXT_TERM) if term.strip()]
     for place, term in enumerate(terms):
@@ -359,12 +366,15 @@ def _in_unit_vectors(text: str) -> list[str] | None:
         if parts is None:
             return None
         before, behind, axis = parts["before"].strip(), parts["behind"].strip(), int(parts["axis"])
-        if behind and place == len(terms) - 1 and before:
+        is_divided = behind.startswith("/")
+        if behind and place == len(terms) - 1 and before and not is_divided:
             unit, behind = unit or behind, ""
         value = before if before not in ("", "+", "-") else f"{before}1"
-        value = f"{value}*({behind.lstrip('*· ')})" if behind else value
+        value = f"{value}*({'1' * is_divided}{behind.lstrip('*· ')})" if behind else value
         components[axis] += f" + ({value})" if components[axis] else value.lstrip("+ ")
-    if unit.strip().startswith(("*", "/")):
+    if divided := _DIVIDED.fullmatch(unit):
+        factor, unit = f"({factor or 1})/{divided[1]}", divided[2]
+    if unit.startswith(("*", "/")):
         return None
     written = [f"({factor})*({each or 0})" if factor else each or "0" for each in components]
     return [f"{component} {unit}".strip() for component in written]

@@ -54,7 +54,7 @@ KG_M2 = parse_unit("kg m^2")
 
 _SEPARATOR = re.compile(r"[,;|\n]")
 _DIVIDED = re.compile(r"\s*/\s*(?:sqrt\s*)?\(?\d+\)?")
-_AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]")
+_AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]|(?<![^\\W\\d])[ijk](?![^\\W\\d])")
 """A sign that an axis has and a number has not."""
 
 _NO_MOMENT = re.compile(
