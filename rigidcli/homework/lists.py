@@ -191,17 +191,28 @@ def _blanks(piece: str) -> list[str]:
     return numbers if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
+_JOINED = re.compile(
+    rf"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+|(?<![^\W\d_])({'|'.join(sorted(CALLED))})\s+(?=[^\W\d])"
+)
+"""Signs with blanks beside them inside a formula, and a function before its argument: `cos phi`."""
+
+
 def _formulas(row: str) -> list[str]:
     """The formulas of a row that only blanks separate: `cos(phi)  -sin(phi)  0`."""
-    row = re.sub(r"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+", lambda sign: sign[1] or sign[2], row.strip(" []()"))
+    row = _JOINED.sub(lambda sign: next(filter(None, sign.groups())), row.strip(" []()"))
     return cut(row, re.compile(r"\s+"))
 
 
 _SEVERAL = [
-    (count, re.compile(rf"\s*[(\[]\s*(?:{words})\s*[)\]]", re.IGNORECASE))
+    (
+        count,
+        re.compile(
+            rf"\s*[(\[]\s*(?:{count} ?[x×]|[x×] ?{count}|multiplicity {count}|{words})\s*[)\]]", re.IGNORECASE
+        ),
+    )
     for count, words in (
-        (2, "twice|double|doppelt|zweifach|2 ?[x×]|x ?2|2 ?times|2-?fold|twofold|multiplicity 2|deux fois"),
-        (3, "three times|thrice|triple|dreifach|3 ?x|x ?3|3-?fold|multiplicity 3"),
+        (2, "twice|doubl[ey](?: degenerate)?|degenerate|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois"),
+        (3, "three times|thrice|tripl[ey](?: degenerate)?|dreifach|3 ?times|3-?fold|threefold|trois fois"),
     )
 ]
 _BOTH_SIGNS = re.compile(
@@ -253,6 +264,8 @@ def _with_unit_of_last(entries: Tree) -> Tree:
     tails = [_UNIT_TAIL.fullmatch(each) for each in texts]
     if not isinstance(entries, list) or len(texts) < max(2, len(entries)) or any(tails[:-1]) or not tails[-1]:
         return entries
+    if not CALLED.issuperset({*re.findall(r"[^\W\d_]+", " ".join(texts[:-1]))} - {"pi", "π", "e", "E"}):
+        return entries  # formulas: of `m a^2, 2 m a^2` the last has no unit
     return _moved([*texts[:-1], tails[-1]["entry"]], "", tails[-1]["unit"])
 
 
