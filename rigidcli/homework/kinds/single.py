@@ -195,6 +195,8 @@ _DOUBTFUL = re.compile(
     r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais|wrong|false|incorrect|falsch|faux)\b"
 )
 
+_HEDGE = re.compile(r"\A(?:almost|nearly|hardly|quasi|fast|presque|casi) ")
+
 _TAKEN_BACK = re.compile(r"\b(?:not|nicht|pas|no)\Z")
 """The end of `yes, it is not`; the reason in `yes, it does not depend on t` denies something else."""
 
@@ -261,6 +263,7 @@ class ChoiceKind(AnswerKind):
             first, reason = _split(value)
             is_right = key.is_met(value) or (key.is_met(first) and not _DOUBTFUL.search(reason))
             stands = re.search(rf"(?<!\w){re.escape(str(key.plain))}(?!\w)", value) is not None
+            stands = stands or key.is_met(_HEDGE.sub("", value))
         if stands and not is_right:
             return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
