@@ -16,7 +16,7 @@ import typer
 import rigidcli
 from rigidcli import STUDIES
 from rigidcli.bodies import primitives, shapes
-from rigidcli.cli import app
+from rigidcli.cli import app, options
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.printing import Kind
 from rigidcli.commands import COMMANDS
@@ -109,6 +109,11 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     offered = {name for name in rigidcli.__all__ if callable(getattr(rigidcli, name)) and name in COMMANDS}
     assert offered == {*STUDIES, "check", "validate"}
     assert set(RESULTS) == set(STUDIES)
+
+
+def test_every_option_of_the_table_belongs_to_a_command() -> None:
+    code = "".join(path.read_text("utf-8") for path in Path(options.__file__).parent.glob("*.py"))
+    assert [key for key in options.OPTIONS if f'option("{key}"' not in code] == []
 
 
 def test_every_study_has_pictures() -> None:

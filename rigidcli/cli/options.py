@@ -18,9 +18,9 @@ from rigidcli.errors import UsageError, shown
 MORE = "More options"
 """The head of the help above the options that few users need."""
 
-_LINES = Path(__file__).with_name("options.csv").read_text("utf-8").splitlines()
+_LINES = Path(__file__).with_name("options.csv").read_text("utf-8").splitlines()[1:]
 
-_ROWS = {key: row for key, *row in csv.reader(_LINES)}
+OPTIONS = {key: row for key, *row in csv.reader(_LINES)}
 """How options are spelled, whether few users need them, and their help."""
 
 
@@ -132,7 +132,7 @@ def command(
 
 def option(key: str, **settings: Any) -> Any:
     """The option in this row of options.csv; one that few users need stands under `More options`."""
-    spelled, more, help = _ROWS[key]
+    spelled, more, help = OPTIONS[key]
     names = [word for word in spelled.split() if word.startswith("-")]
     settings["metavar"] = next((word for word in spelled.split() if word not in names), None)
     return typer.Option(*names, help=help, rich_help_panel=MORE if more else None, **settings)
