@@ -215,7 +215,7 @@ class _Comparison:
         self.domains = self.steps.used(names.domains)
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
         self.seed = f"{formulas.name}\n{self.steps.parts}"
-        self.seen: Seen = set()
+        self.shown: Shown = set()
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left untested: cheap tests come first."""
@@ -228,13 +228,13 @@ class _Comparison:
             # The first point shows that most wrong answers are wrong, and costs less than the normal form.
             if place == 1 and (identical := self.identical()) and not self.steps.sided(self.answer):
                 return True
-            seen = {*self.seen}
-            found = self.at(point, place, seen)
+            shown = {*self.shown}
+            found = self.at(point, place, shown)
             if found is _AtPoint.DIFFERS:
                 return False
             counts[found] += 1
             if found not in (_AtPoint.LEFT_OUT, _AtPoint.VAGUE):  # these show as little as their values
-                self.seen = seen
+                self.shown = shown
         if identical and not counts[_AtPoint.LOST]:
             return self.one_sided() or True
         if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
@@ -243,22 +243,22 @@ class _Comparison:
             return f"it has a value at fewer than {LEAST_POINTS} test points"
         if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
-        if untested := self.steps.untested(self.seen):
+        if untested := self.steps.untested(self.shown):
             return f"`{shortened(reading(untested[0]), 60)}` is too small to be tested"
         return self.one_sided() or True
 
-    def at(self, point: Point, place: int, seen: Seen) -> _AtPoint:
-        """What both are at a point; what their values show is added to `seen`."""
+    def at(self, point: Point, place: int, shown: Shown) -> _AtPoint:
+        """What both are at a point; what their values show is added to `shown`."""
         pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
         try:
-            if not all(self.steps.values(e, at, seen)[e] > 0 for e in self.within for at in pair):
+            if not all(self.steps.values(e, at, shown)[e] > 0 for e in self.within for at in pair):
                 return _AtPoint.LEFT_OUT
-            states = [self.steps.values(self.key, at, seen) for at in pair]
+            states = [self.steps.values(self.key, at, shown) for at in pair]
         except (NoValue, Unclear):
             return _AtPoint.LEFT_OUT
         try:
             both = zip(pair, states, strict=True)
-            states = [self.steps.values(self.answer, at, seen, state) for at, state in both]
+            states = [self.steps.values(self.answer, at, shown, state) for at, state in both]
         except NoValue:
             return _AtPoint.LOST
         except Unclear:
@@ -317,7 +317,7 @@ class _Comparison:
             shared = [*((f, self.steps.nodes[place]) for f, place in self.steps.sided(other)), *beside]
             for function, place in self.steps.sided(own):
                 argument = self.steps.nodes[place]
-                signs = {(function, place, sign) for sign in (True, False)} & self.seen
+                signs = {(function, place, sign) for sign in (True, False)} & self.shown
                 if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
                     continue
                 if not any(self.proportional(argument, node) for name, node in shared if name == function):
@@ -385,7 +385,7 @@ def coordinate(seed: str, domain: str, place: int) -> Ball:
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 """Functions whose formula may differ between arguments of either sign: abs(x) is x or -x."""
 
-Seen: TypeAlias = set[tuple[str, int, Any]]
+Shown: TypeAlias = set[tuple[str, int, Any]]
 """What the values of formulas have shown, where parts are meant by their places.
 
 The sign of an argument: (function, argument, True where it is positive). A term of a sum, or an argument of a
@@ -442,28 +442,28 @@ class Steps:
                 functions += [(function, places[0])] if function in _SIDED else []
         return functions[::-1]
 
-    def untested(self, seen: Seen) -> list[Node]:
+    def untested(self, shown: Shown) -> list[Node]:
         """The terms of sums, and arguments of functions, that were lost beside others at all points."""
         return [
             self.nodes[operand]
             for place, (kind, _, operands) in enumerate(self.parts)
             for operand in operands
-            if kind in ("Sum", "Call") and ("", place, operand) not in seen
+            if kind in ("Sum", "Call") and ("", place, operand) not in shown
         ]
 
     def values(
-        self, root: int, point: Point, seen: Seen | None = None, before: Sequence[Ball] = ()
+        self, root: int, point: Point, shown: Shown | None = None, before: Sequence[Ball] = ()
     ) -> list[Ball]:
         """The values of all parts up to a root, of which the first have been worked out `before`.
 
-        What they show is added to `seen`. Raises NoValue, Unclear.
+        What they show is added to `shown`. Raises NoValue, Unclear.
         """
         values = list(before)
         for place in range(len(values), root + 1):
             kind, detail, places = self.parts[place]
             inner = [values[operand] for operand in places]
-            if seen is not None:
-                self._observe(place, inner, seen)
+            if shown is not None:
+                self._observe(place, inner, shown)
             values.append(_value(kind, detail, inner, point))
         if not values[root].is_finite():
             raise Unclear
@@ -480,15 +480,15 @@ class Steps:
             return sizes[0] ** exponent.numerator
         return math.prod(sizes) if kind == "Product" else sum(sizes)
 
-    def _observe(self, place: int, inner: list[Ball], seen: Seen) -> None:
+    def _observe(self, place: int, inner: list[Ball], shown: Shown) -> None:
         """Add what the values of the operands of a part show."""
         kind, detail, places = self.parts[place]
         function = _function_of(kind, detail)
         if kind == "Power" and detail is None and _whole(inner[1]) is not None:
             function = ""
         if function in _SIDED and inner[0].is_finite() and not inner[0].contains(0):
-            seen.add((function, places[0], bool(inner[0] > 0)))
-        if kind not in ("Sum", "Call") or all(("", place, operand) in seen for operand in places):
+            shown.add((function, places[0], bool(inner[0] > 0)))
+        if kind not in ("Sum", "Call") or all(("", place, operand) in shown for operand in places):
             return
         least = max(term.abs_upper() for term in inner) * UNTESTED if kind == "Sum" else UNTESTED
         for operand, value in zip(places, inner, strict=True):
@@ -496,7 +496,7 @@ class Steps:
             is_tested = size > least and size > value.rad()
             # A plain number may be zero.
             if is_tested or (value.is_zero() and not tree.names_in(self.nodes[operand])):
-                seen.add(("", place, operand))
+                shown.add(("", place, operand))
 
 
 def _function_of(kind: str, detail: Any) -> str:

@@ -16,24 +16,19 @@ from rigidcli.homework.kinds.expression import ExpressionKind
 from rigidcli.homework.kinds.single import ChoiceKind, QuantityKind
 from rigidcli.homework.kinds.trajectory import TrajectoryKind
 
-_NUMBERS = (QuantityKind("number"), QuantityKind("quantity"), VectorKind(), MomentsKind(), MatrixKind())
-_OTHERS = (
-    *(TensorKind(), AxesKind(), ExpressionKind(), EquationsKind(), InvariantsKind(), TrajectoryKind()),
-    ChoiceKind(),
-)
+_EVERY: tuple[AnswerKind, ...] = (
+    QuantityKind("number"), QuantityKind("quantity"), VectorKind(), MomentsKind(), MatrixKind(), TensorKind(),
+    AxesKind(), ExpressionKind(), EquationsKind(), InvariantsKind(), TrajectoryKind(), ChoiceKind(),
+)  # fmt: skip
 
-KINDS: dict[str, AnswerKind] = {kind.name: kind for kind in (*_NUMBERS, *_OTHERS)}
+KINDS = {kind.name: kind for kind in _EVERY}
 """The kinds of answers by the names that questions have for them."""
 
 KIND_BY_NAME = {
-    "axes": "axes",
-    "moments": "moments",
-    "tensor": "tensor",
+    **{name: name for name in ("axes", "moments", "tensor", "equations", "invariants")},
     "tensor_com": "tensor",
     "cyclic": "choice",
     "conserved": "choice",
-    "equations": "equations",
-    "invariants": "invariants",
 }
 """Kinds of results by the last name of their path."""
 
