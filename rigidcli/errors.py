@@ -200,7 +200,7 @@ def shown(raw: object) -> str:
     if isinstance(raw, dict):
         return "a mapping"
     if isinstance(raw, list | tuple):
-        return f"a list of {len(raw)}"
+        return f"a list of {len(raw)}" if raw else "an empty list"
     if raw is None:
         return "nothing"
     text = raw if isinstance(raw, str) else json.dumps(raw) if isinstance(raw, bool) else str(raw)

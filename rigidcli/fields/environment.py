@@ -173,7 +173,8 @@ class Environment:
                 pass
             return False
 
-        expression = parse(text, self.names.functions, words_of(names), fits)
+        functions = None if self.names.coordinates is None else self.names.functions
+        expression = parse(text, functions, words_of(names), fits)
         cure = None if expression.names.issubset(names) else quantity_meant(text)
         if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
             hint = f"write `{cure}`"

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language.latex import DOTS, plain, undotted
-from rigidcli.language.parser import of_tokens
+from rigidcli.language.parser import NO_FUNCTIONS, of_tokens
 from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
 from rigidcli.language.typed import POINTS, QUOTES
@@ -72,7 +72,7 @@ def parse(
             tokens = tokenize(typed.translate(POINTS) if "\\" in text else typed, as_typed=False)
         except ExpressionError:
             raise error from None
-    roots = of_tokens(tokens, functions or {}, words or _ANY)
+    roots = of_tokens(tokens, NO_FUNCTIONS if functions is None else functions, words or _ANY)
     several = [Expression(text, root, frozenset(names_in(root))) for root in roots]
     fitting = [each for each in several if fits(each)] if len(roots) > 1 else several
     if len(fitting) < 2:

@@ -37,7 +37,7 @@ from rigidcli.language.words import (
     unknown,
 )
 
-_NONE: Mapping[str, tree.UnknownFunction] = {}
+NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""
 
 MAX_DEPTH = 100
@@ -80,7 +80,7 @@ OTHER_WAYS = (None, FIRST, RUN, ALL)
 
 
 def read(
-    source: str, functions: Mapping[str, tree.UnknownFunction] = _NONE
+    source: str, functions: Mapping[str, tree.UnknownFunction] = NO_FUNCTIONS
 ) -> tuple[tree.Node, frozenset[str]]:
     """The most usual tree of a text, and the names in it; it may call `functions` without a formula, too.
 
@@ -581,7 +581,7 @@ class _Grammar:
         hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
         if near:
             hint = f"did you mean `{near}`? A product is written `{name}*(...)`"
-        elif self.functions is not _NONE:
+        elif self.functions is not NO_FUNCTIONS:
             slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
             declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"
             hint = f"a function of x without a formula is declared in the system by {declared}; {hint}"

@@ -203,7 +203,7 @@ def repair(link: Link) -> str | None:
             repairs.append(words)
     if len(repairs) != 1:
         return None
-    return f"{repairs[0]} makes it one that a body has; no other such slip does"
+    return f"a body would have it with {repairs[0]}; no other single slip explains it"
 
 
 def _edits(entries: Floats) -> Iterator[tuple[str, Floats]]:
