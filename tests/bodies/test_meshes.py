@@ -331,12 +331,7 @@ def test_a_mesh_of_a_hundred_metres_is_probably_in_millimetres(program: Program,
 
 @pytest.mark.parametrize(
     ("rest", "message"),
-    [
-        ("mass: 1, density: 2", "both of `mass` and `density` given"),
-        ("scale: 1", "neither of `mass` and `density` given"),
-        ("density: 1, anchor: corner", "anchor: read `corner`, expected com"),
-        ("density: 1, units: mm", "unknown key (did you mean scale?)"),
-    ],
+    rows_of(__file__, "keys that do not fit are told"),
 )
 def test_keys_that_do_not_fit_are_told(rest: str, message: str, program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", BOX)

@@ -29,6 +29,7 @@ from tests.core.rigid_motion import (
     matrix,
     principal_frame,
 )
+from tests.tables import rows_of
 
 few = settings(max_examples=20)
 
@@ -292,15 +293,7 @@ def test_regimes(moments: list[float], omega: list[float], regime: str, scale: f
 
 @pytest.mark.parametrize(
     ("moments", "omega", "regime"),
-    [
-        ([1, 1, 1], [1, 2, 3], "sphere"),
-        ([0, 1, 1], [0, 2, 3], "linear"),
-        ([1, 2, 2.5], [0, 1, 0], "principal"),
-        ([1, 2, 2], [0, 1, -3], "principal"),
-        ([1, 2, 2], [1, 1, -3], "prolate"),
-        ([1, 1, 2], [1, 1, -3], "oblate"),
-        ([3, 4, 6], [2, 0.7, -1], "separatrix"),
-    ],
+    rows_of(__file__, "regimes of computed tensors"),
 )
 def test_regimes_of_computed_tensors(moments: list[float], omega: list[float], regime: str) -> None:
     for seed in range(3):

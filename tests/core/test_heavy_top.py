@@ -16,6 +16,7 @@ import pytest
 
 from rigidcli.core import rotation
 from tests.core.rigid_motion import Motion, State, by_series, effect_of_rounding, leaning
+from tests.tables import rows_of
 
 
 def top(
@@ -172,17 +173,7 @@ def about_z(turn: Any) -> Any:
     return mpmath.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-LONG = [
-    "octant +1-1+1",
-    "cuspidal",
-    "spherical pendulum",
-    "upright, pushed, spin 10",
-    "let go beside the top, without spin",
-    "pendulum nearly in a plane",
-    "hanging, hit hard",
-    "just unable to sleep",
-    "nearly steady",
-]
+LONG = rows_of(__file__, "long")
 
 
 def after(case: Motion, count: int) -> tuple[State, float]:

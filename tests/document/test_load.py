@@ -164,13 +164,7 @@ def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) 
 
 @pytest.mark.parametrize(
     "body",
-    [
-        "{shape: cube, side: b - 1, mass: 3}",
-        "{shape: hollow_sphere, outer_radius: a, inner_radius: 2, density: 2*x*a}",
-        "{shape: frustum, bottom_radius: 1, top_radius: 2*b, height: -a, mass: a}",
-        "{points: [[1, a, 0, 0], [-a, 0, 0, 0]]}",
-        "{moments: [1, 1, 5*a], mass: 1}",
-    ],
+    rows_of(__file__, "what uses a broken parameter is not to blame"),
 )
 @pytest.mark.parametrize("value", ["1/0", "[1]", "b"])
 def test_what_uses_a_broken_parameter_is_not_to_blame(body: str, value: str) -> None:
@@ -249,13 +243,7 @@ def test_a_setting_of_another_form_is_wrong_usage(setting: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "setting", "word"),
-    [
-        (CUBE, "body.mass.x=3", "body.mass.x"),
-        ("body: {points: [[1, 0, 0, 0]]}", "body.points.1=[1, 0, 0, 0]", "`1`"),
-        ("body: {points: [[1, 0, 0, 0]]}", "body.points.x=3", "`x`"),
-        ("body: {points: [[1, 0, 0, 0]]}", "body.points.-1=3", "`-1`"),
-        ("- 1", "body=3", "body"),
-    ],
+    rows_of(__file__, "a setting for a place that is not there is refused"),
 )
 def test_a_setting_for_a_place_that_is_not_there_is_refused(text: str, setting: str, word: str) -> None:
     (problem,) = problems(text, [setting])
@@ -264,13 +252,7 @@ def test_a_setting_for_a_place_that_is_not_there_is_refused(text: str, setting: 
 
 @pytest.mark.parametrize(
     ("setting", "key"),
-    [
-        ("body.mass=-3", "body.mass"),
-        ("body.mass=x", "body.mass"),
-        ("body.mass=", "body"),
-        ("body.mas=3", "body.mas"),
-        ("body={shape: cube, side: 0, mass: 1}", "body.side"),
-    ],
+    rows_of(__file__, "a problem with a setting says so and names no line"),
 )
 def test_a_problem_with_a_setting_says_so_and_names_no_line(setting: str, key: str) -> None:
     (problem,) = problems(CUBE, [setting])

@@ -103,13 +103,7 @@ def test_keys_are_texts_as_they_are_written() -> None:
 
 @pytest.mark.parametrize(
     ("text", "line"),
-    [
-        ("a: 1\nb: 2\na: 3", 3),
-        ('a: 1\n"a": 2', 2),
-        ("{a: 1,\n a: 1}", 2),
-        ("x:\n  - a: 1\n    a: 2", 3),
-        ("10.35a: 1\n10.35a: 1", 2),
-    ],
+    rows_of(__file__, "a repeated key is refused"),
 )
 def test_a_repeated_key_is_refused(text: str, line: int) -> None:
     found, message = refusal(text)

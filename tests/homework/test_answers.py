@@ -13,6 +13,7 @@ import pytest
 from rigidcli.homework.answers import MOST_ANSWERS, as_typed, read_answers
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.reading import described
+from tests.tables import rows_of
 
 KNOWN = ("1", "2", "3", "10.35a", "a", "b", "c", "spring")
 
@@ -30,19 +31,7 @@ def read(text: str, known: Any = KNOWN) -> dict[str, Tree]:
 
 @pytest.mark.parametrize(
     "line",
-    [
-        "3: 2.34 rad/s",
-        "3:2.34 rad/s",
-        "3 = 2.34 rad/s",
-        "3=2.34 rad/s",
-        "3 2.34 rad/s",
-        "3. 2.34 rad/s",
-        "3) 2.34 rad/s",
-        "'3': 2.34 rad/s",
-        '"3":2.34 rad/s',
-        "3:    2.34 rad/s  # at last",
-        " 3: 2.34 rad/s",
-    ],
+    rows_of(__file__, "an entry may be written in many ways"),
 )
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.parametrize(
@@ -57,40 +46,7 @@ def test_an_entry_may_be_written_in_many_ways(line: str, end: str, head: str) ->
 
 @pytest.mark.parametrize(
     ("value", "expected"),
-    [
-        ("20.8 rad/s", "20.8 rad/s"),
-        ("omega: 20.8 rad/s", "omega: 20.8 rad/s"),
-        ("omega = 20.8", "omega = 20.8"),
-        ("- 3.2", "- 3.2"),
-        ("[1, 2, 3] cm", "[1, 2, 3] cm"),
-        ("[[1, 0], [0, 1]] kg m^2  # all", "[[1, 0], [0, 1]] kg m^2"),
-        ("M a^2/12 * [[1, 0], [0, 1]]", "M a^2/12 * [[1, 0], [0, 1]]"),
-        ("[1, 2", "[1, 2"),
-        ("[1, 2]]", "[1, 2]]"),
-        ("|T|", "|T|"),
-        ("@x", "@x"),
-        ("`x`", "`x`"),
-        ("% 3", "% 3"),
-        ('"p_x"/2', '"p_x"/2'),
-        (r"\frac{p^2}{2m} + mgz", r"\frac{p^2}{2m} + mgz"),
-        (r"$\frac{1}{2}$", r"$\frac{1}{2}$"),
-        (r'"\frac{1}{2} \theta \cdot \omega"', r"\frac{1}{2} \theta \cdot \omega"),
-        ("'it''s'", "it's"),
-        ("[1, 2]", ["1", "2"]),
-        ("{x: 0, y: 1/2}", {"x": "0", "y": "1/2"}),
-        ("", None),
-        ("~", None),
-        ("\n    xdot = p/m\n    pdot = -k*x", "xdot = p/m\npdot = -k*x"),
-        ("\n    xdot: p/m\n    pdot: -k*x", {"xdot": "p/m", "pdot": "-k*x"}),
-        ("\n  - xdot = p/m\n  - pdot = -k*x", ["xdot = p/m", "pdot = -k*x"]),
-        ("\n    csv: |\n      t,x\n      0,1", {"csv": "t,x\n0,1\n"}),
-        ("p^2/2m\n    + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
-        ("p^2/2m\n  + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
-        ("[1,\n  2]", ["1", "2"]),
-        ("[[1,5; 2], [3; 4,5]]", "[[1,5; 2], [3; 4,5]]"),
-        ('{csv: "t;x\\n0;1,5\\n"}', {"csv": "t;x\n0;1,5\n"}),
-        ("\n  - [1, \\frac{1}{2}]\n  - [2, 0]", ["[1, \\frac{1}{2}]", "[2, 0]"]),
-    ],
+    rows_of(__file__, "an answer is the text that was typed or its lists and mappings"),
 )
 def test_an_answer_is_the_text_that_was_typed_or_its_lists_and_mappings(value: str, expected: Tree) -> None:
     assert read(f"answers:\n  a: 42\n  b: {value}\n  c: [1, 2]\n") == {
@@ -102,14 +58,7 @@ def test_an_answer_is_the_text_that_was_typed_or_its_lists_and_mappings(value: s
 
 @pytest.mark.parametrize(
     ("value", "code"),
-    [
-        ("*x", "not_allowed"),
-        ("&x 1", "not_allowed"),
-        ("!x 1", "not_allowed"),
-        ("!!python/object/apply:os.system ['true']", "not_allowed"),
-        ("{x: 1, x: 2}", "duplicate_key"),
-        ("[" * 60 + "]" * 60, "too_large"),
-    ],
+    rows_of(__file__, "what is not allowed costs its own question"),
 )
 def test_what_is_not_allowed_costs_its_own_question(value: str, code: str) -> None:
     found = read(f"answers:\n  a: 42\n  b: {value}\n  c: [1, 2]\n")
@@ -119,26 +68,7 @@ def test_what_is_not_allowed_costs_its_own_question(value: str, code: str) -> No
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [
-        ("student: Ada: L\nanswers:\n  a: 1\n", {"a": "1"}),
-        ("student: 'Ada\nanswers: {a: 1}\n", {"a": "1"}),
-        ("# mine\nanswers: # all\n  # b: 3\n  a: 1\n\n   b: 2\n", {"a": "1", "b": "2"}),
-        ("answers:\n  a: 1\n b: 2\n", {"a": "1", "b": "2"}),
-        ("answers:\n    a: 1\n  b: 2\n", {"a": "1", "b": "2"}),
-        ("answers:\n  a: 1\n\tb: 2\n  c: 3\n", {"a": "1", "b": "2", "c": "3"}),
-        ("answers:\na: 1\nb: 2\n", {"a": "1", "b": "2"}),
-        ("answers: {a: 1, b: [1, 2]}", {"a": "1", "b": ["1", "2"]}),
-        ("ANSWERS: {a: 1}", {"a": "1"}),
-        ('{"answers": {"a": 1}}', {"a": "1"}),
-        ('{"a": 1, "student": "x"}', {"a": "1"}),
-        ('{\n"answers": {\n"a": 1,\n"b": 2: 3\n}}', {"a": "1", "b": "2: 3"}),
-        ('{"answers": {"a": "\\frac{1}{2}"}}', {"a": r"\frac{1}{2}"}),
-        ("answers:", {}),
-        ("answers: ~", {}),
-        ("student: x", {}),
-        ("", {}),
-        ("{}", {}),
-    ],
+    rows_of(__file__, "files of many forms"),
 )
 def test_files_of_many_forms(text: str, expected: Tree) -> None:
     assert read(text) == expected
@@ -245,15 +175,7 @@ def test_an_answer_is_shown_as_typed(answer: Tree, typed: str) -> None:
 
 @pytest.mark.parametrize(
     ("answer", "said"),
-    [
-        ("20,8 rad/s", "20.8 rad/s"),
-        ("[1, 2, 3] cm", "cm"),
-        ("p_x^2/(2*m) + k*x^2/2", "p_x"),
-        (r"\frac{p^2}{2m}", "p"),
-        ("the longest one", "the longest one"),
-        ({"csv": "t,x\n0,1\n1,2\n"}, "a table with 2 rows below `t,x`"),
-        (None, "no answer"),
-    ],
+    rows_of(__file__, "an answer is described without its key"),
 )
 def test_an_answer_is_described_without_its_key(answer: Tree, said: str) -> None:
     assert said in described(answer, Path("x.yaml"))
@@ -276,24 +198,7 @@ def test_what_no_question_reads_is_told(answer: Tree, code: str) -> None:
 
 @pytest.mark.parametrize(
     "form",
-    [
-        "answers:\n- 1: {}\n- 2a: {}\n",
-        "- 1: {}\n- 2a: {}\n",
-        "# Homework\n\n## 1\n{}\n\n## 2a\n{}\n",
-        "### 1:\n{}\n### 2A:\n{}\n",
-        "**1:** {}\n**2a.** {}\n",
-        "Question 1: {}\nQ2a: {}\n",
-        "Aufgabe 1: {}\nAufgabe 2a: {}\n",
-        "(1) {}\n(2a) {}\n",
-        "| question | answer |\n|---|---|\n| 1 | {} |\n| 2a | {} |\n",
-        "ANSWERS:\n  1: {}\n  2a: {}\n",
-        "1 - {}\n2a - {}\n",
-        "Answer 1: {}\nAnswer 2a: {}\n",
-        "- question: 1\n  answer: {}\n- question: 2a\n  answer: {}\n",
-        "- id: 1\n  answer: {}\n- id: 2a\n  answer: {}\n",
-        "question,answer\n1,{}\n2a,{}\n",
-        'id;Answer\n"1";"{}"\n"2a";"{}"\n',
-    ],
+    rows_of(__file__, "answers below headings and behind bullets"),
 )
 def test_answers_below_headings_and_behind_bullets(form: str) -> None:
     answers, _ = read_answers(form.format("m*g*z", "[[1, 2], [3, 4]]"), ["1", "2a"])

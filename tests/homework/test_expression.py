@@ -21,6 +21,7 @@ from rigidcli.language.tree import Node, names_in
 from tests.conftest import ROOT
 from tests.homework.asking import Asking, cases, details, judged
 from tests.homework.rewriting import EXPRESSIONS, POSITIVE, REAL, attacked, in_fractions, mistaken, rewritten
+from tests.tables import rows_of
 from tests.trees import NoValueError, value
 
 every = settings(
@@ -186,29 +187,7 @@ DOUBLE_PENDULUM = (
     " - (m1 + m2)*g*l1*cos(theta1) - m2*g*l2*cos(theta2)"
 )
 
-TEXTBOOK = [
-    ("double_pendulum", DOUBLE_PENDULUM),
-    (
-        "top_euler_angles",
-        "p_theta^2/(2*λ1) + (p_φ - p_ψ*cos(θ))^2/(2*λ1*(1 - cos(θ)^2)) + p_ψ^2/(2*λ3) + MR*g*cos(θ)",
-    ),
-    ("relativistic_oscillator", "sqrt(p^2*c^2 + m^2*c^4) + k*x^2/2"),
-    ("magnetic_particle", "((px + q*B*y/2)^2 + (py - q*B*x/2)^2 + pz^2)/(2*m)"),
-    (
-        "magnetic_particle",
-        "(p_x^2 + p_y^2 + p_z^2)/(2*m) - q*B/(2*m)*(x*p_y - y*p_x) + q^2*B^2*(x^2 + y^2)/(8*m)",
-    ),
-    ("kepler_polar", "(p_r^2 + p_phi^2/r^2)/(2*m) - gm*m/r"),
-    ("caldirola_kanai", "exp(-2*γ*t)*p_x^2/(2*m) + exp(2*γ*t)*k*x^2/2"),
-    # the same in LaTeX, in products of letters, and otherwise as people write
-    ("kepler_polar", r"H = \frac{1}{2m}\left(p_r^2 + \frac{p_\varphi^2}{r^2}\right) - \frac{gm\,m}{r}"),
-    ("caldirola_kanai", r"\frac{e^{-2\gamma t}p^2}{2m} + \tfrac12 k\,e^{2\gamma t} x^2"),
-    ("relativistic_oscillator", r"\sqrt{p_x^2c^2+m^2c^4}+\frac{kx^2}{2}"),
-    ("magnetic_particle", "[(px + qBy/2)^2 + (py - qBx/2)^2 + pz^2]/(2m)"),
-    ("notes_spring", "p²/(2m) + ½kx²"),
-    ("notes_spring", "H(x, p) = p^2/(2m) + 0,5*k*x^2"),
-    ("notes_spring", "$\\mathcal{H} = \\dfrac{p_{x}^{2}}{2\\,m} + \\dfrac{k\\,x^2}{2}$"),
-]
+TEXTBOOK = rows_of(__file__, "textbook")
 
 
 @pytest.mark.parametrize(("name", "answer"), TEXTBOOK)
@@ -249,16 +228,7 @@ def test_what_cannot_be_read_is_refused_with_the_reason(answer: str, hint: str, 
 
 @pytest.mark.parametrize(
     ("name", "answer"),
-    [
-        ("double_pendulum", DOUBLE_PENDULUM.replace("p_theta", "p")),
-        ("double_pendulum", DOUBLE_PENDULUM.replace("p_theta", "p_")),
-        ("double_pendulum", DOUBLE_PENDULUM.replace("theta1", "theta_1").replace("m2", "m_2")),
-        ("double_pendulum", DOUBLE_PENDULUM.replace("p_theta", "pθ")),
-        ("double_pendulum", DOUBLE_PENDULUM.replace("theta1", "θ₁").replace("theta2", "θ₂")),
-        ("double_pendulum", DOUBLE_PENDULUM.replace("p_theta1", r"p_{\theta_1}").replace("*", r"\,")),
-        ("top_euler_angles", TEXTBOOK[1][1].replace("λ", "λ_")),
-        ("top_euler_angles", TEXTBOOK[1][1].replace("λ", r"\lambda_")),
-    ],
+    rows_of(__file__, "names with numbers"),
 )
 def test_names_with_numbers(name: str, answer: str) -> None:
     assert is_right(of_config(name), answer)

@@ -13,6 +13,7 @@ from rigidcli.homework.base import CODES, Finding, Judgement, Verdict
 from rigidcli.homework.reports.formats import ReportStyle
 from rigidcli.homework.reports.items import MOST_SHOWN, UNNAMED, Alike, Taken, alike, csv, json, table, tally
 from tests.homework.standins import mark
+from tests.tables import rows_of
 
 SECRET = "expected 6.28318"
 
@@ -70,16 +71,7 @@ def test_answers_are_counted_those_first_that_wait_then_the_most_frequent() -> N
 
 @pytest.mark.parametrize(
     ("sharing", "others", "code", "suspicious"),
-    [
-        (3, 0, "outside_tolerance", True),
-        (3, 6, "component_wrong", True),
-        (3, 7, "component_wrong", False),
-        (2, 0, "outside_tolerance", False),
-        (10, 100, "outside_tolerance", False),
-        (50, 100, "outside_tolerance", True),
-        (10, 0, "sign_error", False),
-        (10, 0, "", True),
-    ],
+    rows_of(__file__, "a key is doubted when several err alike without a known mistake"),
 )
 def test_a_key_is_doubted_when_several_err_alike_without_a_known_mistake(
     sharing: int, others: int, code: str, suspicious: bool

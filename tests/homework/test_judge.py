@@ -16,6 +16,7 @@ from rigidcli.homework.judge import AcceptedKey, Item, Seen, judge
 from rigidcli.homework.kinds import KINDS
 from rigidcli.sandbox import ForbiddenError
 from tests.homework.standins import Same, mark
+from tests.tables import rows_of
 
 FAILURES = {
     "unreadable": Unreadable("not_a_number", "read `unreadable`", place="entry 1"),
@@ -70,14 +71,7 @@ def test_a_share_of_the_points() -> None:
 
 @pytest.mark.parametrize(
     ("answer", "verdict", "code"),
-    [
-        ("unreadable", "invalid", "not_a_number"),
-        ("memory", "invalid", "too_large"),
-        ("recursion", "invalid", "too_large"),
-        ("forbidden", "invalid", "not_allowed"),
-        ("loop", "invalid", "timeout"),
-        ("broken", "review", "undecided"),
-    ],
+    rows_of(__file__, "an answer that fails harms no other"),
 )
 def test_an_answer_that_fails_harms_no_other(
     answer: str, verdict: str, code: str, monkeypatch: pytest.MonkeyPatch

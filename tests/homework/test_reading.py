@@ -14,6 +14,7 @@ from rigidcli.homework.lists import read_list
 from rigidcli.homework.reading import Names, describe, read_expression, read_expressions
 from rigidcli.language.text import reading
 from tests.homework.asking import cases
+from tests.tables import rows_of
 
 NAMES = Names(
     {
@@ -78,30 +79,7 @@ def test_what_is_no_formula_is_refused_with_the_reason(typed: str, hint: str) ->
 
 @pytest.mark.parametrize(
     ("typed", "entries"),
-    [
-        ("1, 2, 3", ["1", "2", "3"]),
-        ("1 2 3", ["1", "2", "3"]),
-        ("(1,2,3)", ["1", "2", "3"]),
-        ("{1; 2; 3}", ["1", "2", "3"]),
-        ("[1,5; 2,5; 3]", ["1,5", "2,5", "3"]),
-        (["1", "5; 2", "5; 3"], ["1,5", "2,5", "3"]),
-        ("[0, 2, 12] kg m^2", ["0 kg m^2", "2 kg m^2", "12 kg m^2"]),
-        ("1, 2, 3 kg m^2", ["1 kg m^2", "2 kg m^2", "3 kg m^2"]),
-        ("1 kg m^2, 2 kg m^2", ["1 kg m^2", "2 kg m^2"]),
-        ("[[1,2],[3,4]]", [["1", "2"], ["3", "4"]]),
-        ("[1, 2; 3, 4]", [["1", "2"], ["3", "4"]]),
-        ("1 2\n3 4", [["1", "2"], ["3", "4"]]),
-        ("1,0 0; 0 2,5", [["1,0", "0"], ["0", "2,5"]]),
-        (["(1,2)", "(3,4)"], [["1", "2"], ["3", "4"]]),
-        ("M a^2/12 * [[8], [-3]]", [["(M a^2/12)*(8)"], ["(M a^2/12)*(-3)"]]),
-        ("[1, 2]/12", ["((1)/12)*(1)", "((1)/12)*(2)"]),
-        ("I = [[1,2],[3,4]] m", [["1 m", "2 m"], ["3 m", "4 m"]]),
-        (r"\begin{pmatrix} 1 & 2{,}5 \\ 3 & 4 \end{pmatrix}", [["1", "2,5"], ["3", "4"]]),
-        ("x = 0, y = 2", {"x": "0", "y": "2"}),
-        ("Ixx = 3\nIyy = 4", {"Ixx": "3", "Iyy": "4"}),
-        ("[atan2(1,2), 2*(1+1)]", ["atan2(1,2)", "2*(1+1)"]),
-        ("[[2, [1,1,1]], [11, [1,-1,0]]]", [["2", ["1", "1", "1"]], ["11", ["1", "-1", "0"]]]),
-    ],
+    rows_of(__file__, "lists with and without brackets"),
 )
 def test_lists_with_and_without_brackets(typed: Any, entries: Any) -> None:
     assert read_list(typed) == entries

@@ -19,6 +19,7 @@ from rigidcli.homework.files import MOST_BYTES, Batch, beside, gather, read_file
 from rigidcli.homework.hand_ins import Paper, papers
 from rigidcli.homework.names import is_answer
 from rigidcli.homework.roster import Roster, read_roster
+from tests.tables import rows_of
 
 MOODLE = "assignsubmission_file"
 TABLE = yaml.safe_load(Path(__file__).with_name("hand_ins.yaml").read_text(encoding="utf-8"))
@@ -262,19 +263,7 @@ def listed(folder: Path, text: str = LIST) -> Roster:
 
 @pytest.mark.parametrize(
     ("name", "student"),
-    [
-        ("jdoe", "Doe, Jane"),
-        ("103", "Zoë O'Brien"),
-        ("zoe_obrien", "Zoë O'Brien"),
-        ("doejane_101", "Doe, Jane"),
-        ("Jane Doe_99", "Doe, Jane"),
-        ("max2", "max2"),
-        ("stranger", ""),
-        ("max_roe", ""),
-        ("doejane_103", "Doe, Jane"),
-        ("Jane Stranger", ""),
-        ("lab_101", ""),
-    ],
+    rows_of(__file__, "a name of the list"),
 )
 def test_a_name_of_the_list(tmp_path: Path, name: str, student: str) -> None:
     roster = listed(tmp_path)

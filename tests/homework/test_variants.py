@@ -12,6 +12,7 @@ import yaml
 
 from rigidcli.homework.variants import Variants, filled, read_values
 from tests.conftest import Program
+from tests.tables import rows_of
 
 TABLE = yaml.safe_load(Path(__file__).with_name("variants.yaml").read_text(encoding="utf-8"))
 
@@ -231,16 +232,7 @@ def test_an_answer_in_letters_is_not_told_the_values(course: Path, program: Prog
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [
-        (("--sheets",), "--sheets are for the students of a --roster"),
-        (("--sheets", "--roster", "r.csv"), "name a folder for them, as in `-o sheets/`; or -f csv"),
-        (
-            ("--sheets", "--roster", "r.csv", "-f", "json"),
-            "--sheets has no other format than table, html, csv",
-        ),
-        (("--sheets", "--items"), "--items and --sheets exclude each other"),
-        (("x.yaml", "--sheets"), "--sheets takes no ANSWERS"),
-    ],
+    rows_of(__file__, "sheets say what they need"),
 )
 def test_sheets_say_what_they_need(options: tuple[str, ...], said: str, program: Program) -> None:
     done = program("check", "hw.yaml", *options)

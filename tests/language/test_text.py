@@ -16,19 +16,12 @@ from rigidcli.language.parser import MAX_DEPTH, read
 from rigidcli.language.text import latex, reading, text
 from rigidcli.language.tree import Call, Constant, Name, Node
 from rigidcli.language.words import FUNCTIONS
-from tests.tables import pairs_of, words_of
+from tests.tables import pairs_of, rows_of, words_of
 from tests.trees import number, trees
 
 many = settings(max_examples=100)
 
-NAMES = {
-    "x": "x",
-    "k": "k",
-    "m1": "m_{1}",
-    "theta": r"\theta",
-    "phidot": r"\dot{\phi}",
-    "mass": r"\mathrm{mass}",
-}
+NAMES: dict[str, str] = rows_of(__file__, "names")
 """Names and how they are typeset."""
 
 VALUES = st.fixed_dictionaries(

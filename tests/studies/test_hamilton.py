@@ -16,6 +16,7 @@ import rigidcli
 from rigidcli.errors import ComputationError
 from rigidcli.report import Report
 from tests.conftest import Program
+from tests.tables import rows_of
 
 
 def hamilton(document: str) -> Report:
@@ -85,12 +86,7 @@ PLANE_GAMMA = "sqrt(1 - (rdot^2 + r^2*phidot^2)/c^2)"
 
 @pytest.mark.parametrize(
     ("coordinates", "kinetic", "potential", "lagrangian", "excess"),
-    [
-        ("x", f"m*c^2/{GAMMA} - m*c^2", "k*x^2/2", f"m*c^2*(1 - {GAMMA}) - k*x^2/2", "0"),
-        ("x", f"m*c^2/{GAMMA} - m*c^2", "k*x^2/2", f"-m*c^2*{GAMMA} - k*x^2/2", "-m c^2"),
-        ("r, phi", f"m*c^2/{PLANE_GAMMA}", "-k/r", f"-m*c^2*{PLANE_GAMMA} + k/r + k*r^2*phidot", "0"),
-        ("x", f"m*c^2*(1/{GAMMA} - 1)", "k*x", "m*xdot^2/2 - k*x", None),
-    ],
+    rows_of(__file__, "relativistic energies"),
 )
 def test_relativistic_energies(
     coordinates: str, kinetic: str, potential: str, lagrangian: str, excess: str | None
