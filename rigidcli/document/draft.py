@@ -45,7 +45,7 @@ _TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_INTEGER_DIGITS = 400
 # Keys whose values are texts, however they look: the problem 10.10 is not 10.1.
 TITLES = frozenset(["name", "description", "assignment"])
-# The parser in C, which is ten times faster, where there is one; both give the same events.
+# The parser in C is ten times faster, and not installed everywhere; both give the same events.
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 _NULL = dict.fromkeys(["", "~", "null", "Null", "NULL"])

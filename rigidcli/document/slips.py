@@ -69,7 +69,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
 
 
 def _value_meant(key: str, read: Any, message: str) -> str | None:
-    """What was meant by a value of the wrong type, or by a word, if one can tell."""
+    """The value to write in place of one of the wrong type, or of a word; None if nothing is known."""
     if isinstance(read, str):
         if read.startswith("-["):
             return f"[{', '.join(re.findall(r'[[][^]]*[]]', read))}]"
@@ -184,7 +184,7 @@ _MARKUPS = {
     ),
     "": ("XML", "a robot is a file whose name ends in .urdf, .sdf or .xml"),
 }
-"""What a text is that begins as XML does, by a word near its beginning, and the cure."""
+"""Kinds of texts that begin as XML does, by a word in their first lines, each with its cure."""
 
 
 def markup(text: str, source: str) -> Problem:
@@ -205,7 +205,7 @@ class Slip(NamedTuple):
     hint: str | None = None
 
 
-# The beginning of a line with a key, for which KEY stands in the table.
+# The table writes KEY for this beginning of a line with a key.
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
 # Characters of a line in which a slip is sought: patterns take long on lines that no person types.

@@ -461,7 +461,7 @@ class Orbit(Sampling):
 
     @property
     def events(self) -> dict[str, Expression]:
-        """The functions of which zeros are looked for, by their keys."""
+        """The functions whose zeros are events, by their keys."""
         places = {"orbit.until": self.until, "orbit.section.at": self.section.at if self.section else None}
         return {key: typed for key, typed in places.items() if typed is not None}
 

@@ -233,7 +233,7 @@ class Environment:
         return self.worked(self.typed(raw, dimension), dimension)
 
     def worked(self, typed: Typed, dimension: Dimension | None) -> Any:
-        """The SI value of what is typed: a float, or an exact expression. Raises ValueProblem."""
+        """The SI value of a number, quantity or expression: a float, or exact. Raises ValueProblem."""
         exact = self.arithmetic.exact
         if isinstance(typed, float | int | Decimal):
             return _exact(str(typed)) if exact else float(typed)
@@ -277,7 +277,7 @@ class Environment:
             self._check_dimension(typed, dimension)
 
     def written(self, typed: Typed) -> Expression:
-        """What is typed, as an expression; a quantity becomes its exact SI number."""
+        """A number, quantity or expression as an expression; a quantity becomes its exact SI number."""
         from rigidcli.fields.units import exact_text
         from rigidcli.language.expression import parse
 
@@ -317,7 +317,7 @@ class Environment:
         return names_of(self.typed(raw, None, variables))
 
     def dimension(self, typed: Typed) -> Dimension | None:
-        """The dimension of what is typed; None where it may be any. Raises ValueProblem."""
+        """The dimension of a number, quantity or expression; None for any. Raises ValueProblem."""
         if isinstance(typed, Amount):
             return typed.unit.dimension
         declared = {name: self.declared[name].dimension for name in names_of(typed) & self.declared.keys()}
@@ -405,7 +405,7 @@ def finite(raw: float | int | str | Decimal) -> float:
 
 
 def names_of(typed: Typed) -> frozenset[str]:
-    """The names in what is typed."""
+    """The names in an expression; none in a number or a quantity."""
     return frozenset() if isinstance(typed, float | int | Decimal | Amount) else typed.names
 
 

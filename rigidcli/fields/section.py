@@ -34,7 +34,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from rigidcli.errors import LONGEST_SHOWN, UNKNOWN_KEY, Path, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
 
-# A problem tells which key was meant, and these find it there, so that its value is read as well.
+# The message of a problem names the key that was meant. These find it, so that its value is read, too.
 _GUESSED = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
 _INSIDE = re.compile(r"^belongs inside `(\w+)`")
 _WORD_INSIDE = re.compile(r"write `\w+: \{(\w+): ")
@@ -78,7 +78,7 @@ class Section(BaseModel):
     def _meant(
         cls, raw: Mapping[str, Any], env: Environment, typed: dict[Path, Path]
     ) -> tuple[dict[str, Any], list[ValueProblem]]:
-        """The mapping with unknown keys replaced by those that were meant, so that the rest can be read, too.
+        """The mapping with the keys that were meant in place of unknown ones, so that all values are read.
 
         With it come the problems of the keys that the section does not have. `typed` maps the paths of such
         values, as they are read, to their paths in the document.
@@ -165,7 +165,7 @@ class Section(BaseModel):
         near = cls.called(key, raw)
         if near is None and (hint := HINTS.get(folded(key))) is not None:
             return ValueProblem("unknown key", hint=hint)
-        # What is in a section or a list is read on as meant, which takes more than a few letters.
+        # A section or a list under the guessed key is read, too, so that the guess must be a good one.
         near = near or nearest(key, keys, 0.75 if isinstance(raw[key], dict | list) else 0.6)
         if near is not None:
             return ValueProblem(f"unknown key{did_you_mean(near)}")

@@ -94,9 +94,9 @@ class UnitRow(NamedTuple):
     names: str
     definition: str
     prefixed: str
-    """The names before which a short prefix may stand; a long one stands before the longer names."""
+    """The names that take a short prefix, such as k; a long one, such as kilo, goes with longer names."""
     remark: str
-    """The source of the value, or which one of several units of this name is meant."""
+    """The source of the value, or which of several units of this name it is."""
 
 
 _LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
@@ -270,7 +270,7 @@ def names_of_units(text: str) -> list[str]:
 
 
 def unit_readings(text: str, spelled: Callable[[str, str], list[str]]) -> list[Unit]:
-    """The readings of a unit, of which `spelled` has those of a name with its power. Raises ValueProblem."""
+    """The readings of a unit; `spelled` gives those of one name with its power. Raises ValueProblem."""
     text = text.replace("°", "deg") if not re.search(r"°\s*[A-Za-z]|\w°", text) else text
     names = [spelled(match["name"], _power(match["power"])) for match in _UNIT_NAME.finditer(text)]
     units: dict[tuple[Fraction, int, Dimension], Unit] = {}
@@ -428,7 +428,7 @@ _GROUPED = re.compile(
 
 
 def without_separators(text: str) -> list[str]:
-    """The texts that a number stands for where its commas, points or blanks may separate thousands."""
+    """The readings of a number whose commas, points or blanks may separate thousands."""
     grouped = _GROUPED.fullmatch(text)
     if grouped is None:
         return [text]

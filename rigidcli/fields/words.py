@@ -23,7 +23,7 @@ _OF_LISTS = ("entries", "components")  # the kinds of rows with the keys that ma
 
 
 def _by_word(kind: str) -> dict[str, tuple[str, ...]]:
-    """The names in the rows of this kind by their words; of several names the first ones are meant first."""
+    """The names in the rows of this kind by each of their words, in the order of the table."""
     names: dict[str, tuple[str, ...]] = {}
     for row, name, words in _ROWS:
         for word in words.split() if row == kind else ():
@@ -41,11 +41,11 @@ OTHER_FORMS = {form: called for called, form in _texts("form").items()}
 # Names that are no units, because readers may take them for something else: the reason, and a hint.
 NO_UNITS = _texts("no unit")
 EXPECTED = _texts("expected")  # what pydantic expects, by the type of its error, in the words of a document
-# The shapes for which a word may stand; of several the one that has the other keys is meant.
+# The shapes that a word may mean; the other keys of the body decide between them.
 SHAPES_BY_WORD = _by_word("shape")
 # Shapes that are easily confused with another shape; the given keys decide.
 RELATIVES = _texts("relative")
-# The keys for which a word may stand; the first that a section has, and that is not there yet, is meant.
+# The keys that a word may mean: the first one that the section has and that is not given yet.
 KEYS_BY_WORD = _by_word("key")
 # The keys of half the quantity that a word names, such as the radius for a diameter.
 HALVED = _by_word("half")
@@ -57,7 +57,7 @@ UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
 STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
 # Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`.
 _VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
-# The key of a mapping for which a bare list stands, by the key above and the number of entries.
+# The key that a list without a key belongs to, by the key above it and the number of its entries.
 FORMS_OF_LISTS = _by_word("whole")
 # Words that stand for the value of a parameter that has none; a document says `null`.
 SYMBOLIC = _by_word("symbol")
@@ -112,7 +112,7 @@ _PAIR = re.compile(r"([A-Za-z_]\w*)\s*[:=：]\s*(.+?)(?=[,;\s]\s*[A-Za-z_]\w*\s*
 
 
 def with_colon(typed: str) -> str | None:
-    """What was meant by `shape cube`, or by `shape:cube side = 1`: `shape: cube, side: 1`, if it was."""
+    """The YAML for `shape cube` or `shape:cube side = 1`: `shape: cube, side: 1`; None for other texts."""
     pairs = _PAIR.findall(typed[:1000]) or re.findall(r"^\s*([A-Za-z_]\w*)\s+(\S+)\s*$", typed)
     if not pairs or not re.match(r"[\s({]*" + pairs[0][0], typed):
         return None
@@ -133,7 +133,7 @@ _DIGITS = re.compile(r"-?\.?\d")  # the beginning of a number
 
 
 def list_meant(typed: str) -> str | None:
-    """The list `[1, 2, 3]` that was meant by `1, 2, 3`, `1 2 3`, `1; 2; 3` or `(1, 2, 3)`, if it was."""
+    """The list `[1, 2, 3]` for `1, 2, 3`, `1 2 3`, `1; 2; 3` or `(1, 2, 3)`; None for other texts."""
     lines = [line for line in typed.splitlines() if line.strip()]
     if len(lines) > 1:
         rows = [list_meant(line) or "" for line in lines]
@@ -179,7 +179,7 @@ def variable_called(word: str, variables: Collection[str]) -> str | None:
 
 
 def mapping_meant(raw: object, names: Sequence[str], needed: Collection[str]) -> str | None:
-    """The mapping `{x: 1, p_x: 0}` that was meant by a value, or by values in the order of the `names`."""
+    """The mapping `{x: 1, p_x: 0}` for values without keys, in the order of the `names`; None if unclear."""
     if isinstance(raw, str) and (function := re.fullmatch(r"\s*\[?(\w+)\(([\w, ]+)\)\]?\s*", raw)):
         return f"{{{function[1]}: [{function[2]}]}}"
     if isinstance(raw, str) and "=" in raw and (pairs := with_colon(raw)):
