@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from rigidcli.bodies.robots import Link
 
 # The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand.
-MAX_DEPTH = 50
+DEEPEST_NESTING = 50
 
-_TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
+_TOO_DEEP = f"nested more than {DEEPEST_NESTING} deep"
 
 # The most digits of a whole number: more than any float has, fewer than are slow to read.
 MAX_INTEGER_DIGITS = 400
@@ -151,7 +151,7 @@ def decimal(text: str) -> Decimal | float:
 
 @dataclass(slots=True)
 class _Builder:
-    """Builds the tree from events of the parser, by recursion down to MAX_DEPTH."""
+    """Builds the tree from events of the parser, by recursion down to DEEPEST_NESTING."""
 
     _next: Callable[[], Any]
     _source: str
@@ -179,7 +179,7 @@ class _Builder:
             raise self._unsafe(event)
         if type(event) is yaml.ScalarEvent:
             return event.value if event.style else self._plain(event, is_text)
-        if depth == MAX_DEPTH:
+        if depth == DEEPEST_NESTING:
             raise self._refusal(event, _TOO_DEEP, code="too_deep")
         if type(event) is yaml.MappingStartEvent:
             return self._mapping(path, depth + 1)

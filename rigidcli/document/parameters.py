@@ -21,7 +21,7 @@ from rigidcli.language.words import CONSTANTS
 _T = TypeVar("_T")
 
 TIME = "t"  # the name of the time, in documents where there is one
-MOST_ENTRIES = 256  # the most names in a mapping: the coordinates and momenta of 128 masses
+MOST_NAMES = 256  # the most names in a mapping: the coordinates and momenta of 128 masses
 _NAME = re.compile(r"[^\W\d]\w*")  # A name in a text
 # The meanings of reserved names; any other reserved name is a function.
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
@@ -116,8 +116,8 @@ def read_mapping(
             cure = mapping_meant(raw, names or (), (*needed,) or names or ())
             message = f"read {shown(raw)}, expected a mapping, such as {example}"
             raise ValueProblem(message, hint=cure and f"write `{cure}`")
-        if len(raw) > MOST_ENTRIES:
-            raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
+        if len(raw) > MOST_NAMES:
+            raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_NAMES}")
     spelling, problems = read_names(raw)
     values, meant = {}, set[str]()
     for name, key in spelling.items():

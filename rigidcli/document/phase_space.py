@@ -10,13 +10,13 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import MOST_ENTRIES, in_order, read_mapping, read_name, read_names
+from rigidcli.document.parameters import MOST_NAMES, in_order, read_mapping, read_name, read_names
 from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import ReadBy, Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 
-MOST_COORDINATES = MOST_ENTRIES // 2  # the most coordinates of a system, which have as many momenta
+MOST_COORDINATES = MOST_NAMES // 2  # the most coordinates of a system, which have as many momenta
 EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 EXPRESSIONS_SCHEMA: JsonSchemaValue = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}
 
@@ -188,7 +188,7 @@ EQUILIBRIUM = ReadBy(_read_equilibrium, {"anyOf": [EXPRESSIONS_SCHEMA, _SOUGHT]}
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     count = 2 * len(environment(info).names.coordinates or ())
-    names = read_new_names(raw, info, MOST_ENTRIES, "new variables", lambda name: {})
+    names = read_new_names(raw, info, MOST_NAMES, "new variables", lambda name: {})
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
@@ -235,9 +235,7 @@ def _read_generating(raw: object, info: ValidationInfo) -> Expression:
 
 Generating: TypeAlias = Annotated[Expression, ReadBy(_read_generating, EXPRESSION_SCHEMA)]
 Side: TypeAlias = Annotated[dict[str, Expression], ReadBy(_read_side, EXPRESSIONS_SCHEMA)]
-NewVariables: TypeAlias = Annotated[
-    tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, MOST_ENTRIES))
-]
+NewVariables: TypeAlias = Annotated[tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, MOST_NAMES))]
 
 
 class Transform(Section):
@@ -344,7 +342,7 @@ class Bracket(NamedTuple):
 def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
     env = environment(info)
     example = "[[Lx, Ly], [Lx, H]]"
-    if not isinstance(raw, list | tuple) or not 1 <= len(raw) <= MOST_ENTRIES:
+    if not isinstance(raw, list | tuple) or not 1 <= len(raw) <= MOST_NAMES:
         typed = re.fullmatch(
             r"[{\[(]?([^,{}\[\]]+),([^,{}\[\]]+)[}\])]?", raw if isinstance(raw, str) else ""
         )

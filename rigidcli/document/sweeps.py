@@ -25,7 +25,7 @@ from rigidcli.language.tree import Number
 
 # The ways to write values, for messages.
 FORMS_OF_VALUES = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
-MOST_VALUES = 10**15  # the most values of a range: more than any machine works out
+MOST_VALUES_OF_RANGE = 10**15  # the most values of a range: more than any machine works out
 # Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it.
 FORTY_DIGITS = Context(prec=40)
 
@@ -190,10 +190,10 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
     with suppress(ValueError):
         count = finite(last)
-        if count.is_integer() and 1 <= count <= MOST_VALUES:
+        if count.is_integer() and 1 <= count <= MOST_VALUES_OF_RANGE:
             start, stop = numbers
             return Range(start, stop, int(count), "".join(units), is_rounded, logarithmic)
-    raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST_VALUES:.0e}")
+    raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST_VALUES_OF_RANGE:.0e}")
 
 
 _PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)  # A text in quotes, or one character

@@ -40,8 +40,8 @@ class Dimension(NamedTuple):
 
     def __str__(self) -> str:
         """The usual name with the SI unit, `mass (kg)`; without a name, the unit `kg m/s^3` alone."""
-        if self in NAMES:
-            return NAMES[self]
+        if self in USUAL_NAMES:
+            return USUAL_NAMES[self]
         above: list[str] = []
         below: list[str] = []
         for unit, power in zip(("kg", "m", "s", "rad", "cycle", "A", "K", "mol"), self, strict=True):
@@ -60,7 +60,7 @@ class Dimension(NamedTuple):
 
 
 # The usual names of dimensions, each with its SI unit.
-NAMES = {
+USUAL_NAMES = {
     (DIMENSIONLESS := Dimension()): "pure number",
     (MASS := Dimension(mass=1)): "mass (kg)",
     (LENGTH := Dimension(length=1)): "length (m)",
@@ -111,7 +111,7 @@ def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
 
 def described(dimension: Dimension) -> str:
     """A dimension in a sentence, with its article: `a length (m)`."""
-    return with_article(NAMES.get(dimension, f"quantity in {dimension}"))
+    return with_article(USUAL_NAMES.get(dimension, f"quantity in {dimension}"))
 
 
 def number_of(dimension: Dimension | None, sign: str | None = None) -> str:

@@ -33,7 +33,7 @@ from rigidcli.fields.words import NO_UNITS, UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
 LONGEST_UNIT = 200  # the most characters of a unit: far more than any has, and read at once
-HIGHEST_POWER = 12  # the largest power in a unit: no law of mechanics has one beyond it
+HIGHEST_POWER_OF_UNIT = 12  # the largest power in a unit: no law of mechanics has one beyond it
 # The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once.
 MOST_BITS_OF_FACTOR = 4096
 # Pi to 60 digits, so that a factor is rounded only when it becomes a float.
@@ -243,8 +243,10 @@ def _factor(tokens: deque[str]) -> Unit:
     if len(tokens[0]) > 1 and tokens[0][0] in "^*":
         power = int(tokens.popleft().lstrip("^* "))
         bits = max(unit.factor.numerator, unit.factor.denominator).bit_length()
-        if abs(power) > HIGHEST_POWER or bits * abs(power) > MOST_BITS_OF_FACTOR:
-            raise ValueProblem(f"power {power} in a unit is out of bounds", hint=f"at most {HIGHEST_POWER}")
+        if abs(power) > HIGHEST_POWER_OF_UNIT or bits * abs(power) > MOST_BITS_OF_FACTOR:
+            raise ValueProblem(
+                f"power {power} in a unit is out of bounds", hint=f"at most {HIGHEST_POWER_OF_UNIT}"
+            )
         unit = _ONE.times(unit, power)
     return unit
 

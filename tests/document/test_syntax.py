@@ -15,7 +15,7 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.document.draft import MAX_DEPTH, MAX_INTEGER_DIGITS, read_tree
+from rigidcli.document.draft import DEEPEST_NESTING, MAX_INTEGER_DIGITS, read_tree
 from rigidcli.document.load import load
 from rigidcli.errors import DocumentError
 from rigidcli.errors import Path as Keys
@@ -135,11 +135,11 @@ def test_what_goes_beyond_plain_data_is_refused(text: str, line: int, word: str)
 def test_nesting_has_a_bound_that_counts_lists_and_mappings_alike() -> None:
     for opened, closed in (("[", "]"), ('{"a": ', "}"), ('[{"a": ', "}]")):
         unit = opened.count("[") + opened.count("{")
-        most = MAX_DEPTH // unit
+        most = DEEPEST_NESTING // unit
         read_tree(opened * most + "1" + closed * most, "f")
         assert "nested" in refusal(opened * (most + 1) + "1" + closed * (most + 1))[1]
-    read_tree("- " * MAX_DEPTH + "1", "f")
-    assert "nested" in refusal("- " * (MAX_DEPTH + 1) + "1")[1]
+    read_tree("- " * DEEPEST_NESTING + "1", "f")
+    assert "nested" in refusal("- " * (DEEPEST_NESTING + 1) + "1")[1]
 
 
 def test_text_has_a_bound_on_its_size() -> None:

@@ -16,7 +16,7 @@ from rigidcli.fields.dimensions import (
     FREQUENCY,
     LENGTH,
     MASS,
-    NAMES,
+    USUAL_NAMES,
     Dimension,
     check_dimension,
     dimension_of,
@@ -61,7 +61,7 @@ def test_hertz_is_no_angular_velocity(text: str) -> None:
 
 
 def test_the_unit_in_a_dimension_s_name_is_of_that_dimension() -> None:
-    for dimension, name in NAMES.items():
+    for dimension, name in USUAL_NAMES.items():
         if dimension != DIMENSIONLESS:
             unit = parse_unit(name[name.index("(") + 1 : -1])
             assert (unit.dimension, unit.scale) == (dimension, 1.0)
@@ -71,7 +71,7 @@ def test_the_unit_in_a_dimension_s_name_is_of_that_dimension() -> None:
 def test_an_unnamed_dimension_prints_its_si_unit(powers: tuple[int, ...]) -> None:
     mass, length, time, angle, current = powers
     dimension = Dimension(mass, length, time, angle, current=current)
-    if dimension not in NAMES:
+    if dimension not in USUAL_NAMES:
         assert parse_unit(str(dimension)).dimension == dimension
 
 
