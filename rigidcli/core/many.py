@@ -106,26 +106,29 @@ def twice(
 ) -> tuple[Paths, Floats]:
     """The solutions, and how far (k by m) they are from second ones, to the tolerance of a second run.
 
-    `distance` gives that of some starts. With `every`, one start in so many has a second solution, and the
-    others count as far off as the worst of these; but all have one if that is far enough to be looked into.
-    Starts without a second solution are `alone`, too.
+    `distance` gives that of some starts. Those without a second solution are `alone`, too.
+
+    With `every`, one start in so many has a second solution, and the others count as far off as the worst of
+    these; but all have one where that is far enough to be looked into, or something narrow is watched for.
+    Which starts are alone must not depend on which have a second solution: then the first solutions decide.
     """
-    first = paths(problem, starts, times)
-    some = np.arange(0, starts.shape[1], every)
-    other = problem._replace(
-        tolerance=other_tolerance(problem.tolerance),
-        longest=np.broadcast_to(problem.longest, len(first.alone))[some],
-    )
-    mine = first.of(some)
-    second = paths(other, np.where(mine.alone, np.nan, starts[:, some]), times)
-    alone = mine.alone | second.alone
-    apart = np.where(alone, 0.0, distance(mine, second))
-    if every > 1 and (apart.max() > MISSED or (second.alone & ~mine.alone).any()):
-        return twice(problem, starts, times, distance)
-    first.alone[some] = alone
-    return first, apart if every == 1 else np.repeat(
-        apart.max(axis=1, keepdims=True), starts.shape[1], axis=1
-    )
+    count, first = starts.shape[1], paths(problem, starts, times)
+    longest = np.broadcast_to(problem.longest, count)
+
+    def compared(some: Places) -> tuple[Marks, Floats]:
+        """Which starts have no second solution, and how far the first one is from it."""
+        other = problem._replace(tolerance=other_tolerance(problem.tolerance), longest=longest[some])
+        mine = first.of(some)
+        second = paths(other, np.where(mine.alone, np.nan, starts[:, some]), times)
+        return second.alone, np.where(second.alone, 0.0, distance(mine, second))
+
+    if every > 1 and not len(columns(problem.moving)(np.zeros(1), *starts[:, :1])):
+        _, apart = compared(np.arange(0, count, every))
+        if apart.max() > MISSED:
+            return first, compared(np.arange(count))[1]
+        return first, np.broadcast_to(apart.max(axis=1, keepdims=True), (len(times), count))
+    lost, apart = compared(np.arange(count))
+    return first._replace(alone=first.alone | lost), apart
 
 
 class _Going(NamedTuple):

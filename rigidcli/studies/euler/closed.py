@@ -98,10 +98,9 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
     if problem.torque is not None or problem.weight.any():
         if problem.torque is None and _heavy_top(problem) is not None:
             return None
-        from rigidcli.core.many import ONE_OF
         from rigidcli.studies.euler import driven
 
-        several = driven.together(document, problem, starts, 1 if form == "few" else ONE_OF)
+        several = driven.together(document, problem, starts)
         if several is None:
             return None
         followed = several

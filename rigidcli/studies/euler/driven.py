@@ -134,13 +134,10 @@ def _starts(problem: InitialValueProblem, equations: _Equations) -> Floats:
     return np.concatenate([turned, np.where(equations.idle, 0.0, equations.moments * omega)], axis=1)
 
 
-def together(
-    document: Document, first: InitialValueProblem, starts: Starts, every: int = 1
-) -> Samples | None:
+def together(document: Document, first: InitialValueProblem, starts: Starts) -> Samples | None:
     """A function from places to the motions of some starts in arrays, as `many` follows them; None without.
 
-    It gives omega (m, k, 3) and orientation (m, k, 4), errors (m, rad), and which starts (m) go alone. One
-    start in `every` so many is integrated twice.
+    It gives omega (m, k, 3) and orientation (m, k, 4), errors (m, rad), and which starts (m) go alone.
     """
     motion = document.motion
     try:
@@ -159,7 +156,7 @@ def together(
 
     def samples(places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
         begin = _starts(starts(places), equations).T
-        paths, apart = many.twice(problem, begin, first.times, _turned_apart, every)
+        paths, apart = many.twice(problem, begin, first.times, _turned_apart)
         states = paths.states.transpose(2, 0, 1)
         error = np.maximum(apart.max(axis=0), EPS * (np.sqrt(paths.steps) + 4 * len(stops)))
         quaternions = states[..., :4] / np.linalg.norm(states[..., :4], axis=2, keepdims=True)
