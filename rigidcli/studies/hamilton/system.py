@@ -102,8 +102,7 @@ def _constraints(document: Document, system: System, read: _Read) -> tuple[Const
             message = f"read {shown(equation.expression.text)}: {error.message}"
             problems.append(document.problem(message, key, hint=error.hint))
     if len(equations) > len(rates):
-        count = f"{len(rates)} coordinate{'s' * (len(rates) > 1)}"
-        message = f"{len(equations)} constraints for {count}, expected at most {len(rates)}"
+        message = f"{len(equations)} constraints, expected at most {len(rates)}: one for each coordinate"
         problems.append(
             document.problem(message, "system.constraints", hint="leave out what follows from others")
         )
