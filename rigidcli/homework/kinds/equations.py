@@ -544,7 +544,7 @@ class InvariantsKind(AnswerKind):
             hint = "there are `hamilton.cyclic` and `hamilton.conserved`, too"
             raise ValueProblem("this result has no conserved quantities", hint=hint)
         motion = of_document(replace(source, value=results["equations"], path=("hamilton", "equations")))
-        motion = replace(motion, formulas=replace(motion.formulas, relative=None))
+        motion = replace(motion, formulas=formulas_of(source, names_of(source)))
         known = [results["hamiltonian"] if name == "H" else symbol(name) for name in results["conserved"]]
         return InvariantsKey(tuple(map(to_tree, source.value)), tuple(map(to_tree, known)), motion)
 
