@@ -15,10 +15,10 @@ from rigidcli.bodies.composites import Composite, KnownTensor
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
-from rigidcli.document.draft import read_tree
 from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.document.phase_space import Transform
 from rigidcli.document.system import Orbit, Particle, System
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.fields.section import Section
 from tests.tables import rows_of
 

@@ -68,7 +68,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
 def _kind(text: str) -> str | None:
     """The kind of a file by its keys: `questions`, `answers`, or None for a document."""
-    from rigidcli.document.draft import read_tree
+    from rigidcli.document.yaml_reader import read_tree
 
     key = HOMEWORK.search(text)
     if key is None:

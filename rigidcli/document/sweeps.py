@@ -15,7 +15,8 @@ from decimal import Context
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from rigidcli.document.draft import SWEEP, read_value, split_setting
+from rigidcli.document.draft import SWEEP, split_setting
+from rigidcli.document.yaml_reader import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, shown
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for, finite
 from rigidcli.fields.texts import csv_rows

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from rigidcli.document.draft import read_tree
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.homework.base import Tree, Unreadable
 

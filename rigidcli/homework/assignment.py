@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.document.draft import Draft, of_text, put, read_tree
+from rigidcli.document.draft import Draft, of_text, put
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.errors import (
     DocumentError,
     Problem,

@@ -19,8 +19,8 @@ from decimal import Context, Decimal, Inexact
 from hashlib import sha256
 from typing import Any, TypeAlias
 
-from rigidcli.document.draft import read_value
 from rigidcli.document.parameters import read_names
+from rigidcli.document.yaml_reader import read_value
 from rigidcli.errors import DocumentError, ValueProblem, at, gathered, shown
 from rigidcli.fields.section import refuse
 from rigidcli.fields.units import Unit, parse_unit, split_quantity

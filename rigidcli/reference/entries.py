@@ -16,8 +16,9 @@ from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.bodies.robots import ENDINGS
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
-from rigidcli.document.draft import BODY_FILES, read_tree
+from rigidcli.document.draft import BODY_FILES
 from rigidcli.document.motion import TORQUE_VARIABLES
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit

@@ -29,8 +29,8 @@ import rigidcli
 from rigidcli.cli.app import app
 from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
 from rigidcli.commands import COMMANDS
-from rigidcli.document.draft import read_tree
 from rigidcli.document.load import loads
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.errors import DocumentError
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS

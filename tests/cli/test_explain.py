@@ -80,7 +80,7 @@ def test_every_key_is_told_what_it_holds(every: list[Entry]) -> None:
 
 def _keys(dimensions: str) -> list[str]:
     """`size: [1, 2], height: 3` -> its keys."""
-    from rigidcli.document.draft import read_tree
+    from rigidcli.document.yaml_reader import read_tree
 
     return list(read_tree(f"{{{dimensions}}}", ""))
 

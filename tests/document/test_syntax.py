@@ -15,8 +15,8 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.document.draft import DEEPEST_NESTING, MAX_INTEGER_DIGITS, read_tree
 from rigidcli.document.load import load
+from rigidcli.document.yaml_reader import DEEPEST_NESTING, MAX_INTEGER_DIGITS, read_tree
 from rigidcli.errors import DocumentError
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import MAX_BYTES

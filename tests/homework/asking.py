@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import rigidcli
-from rigidcli.document.draft import read_tree
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.homework.assignment import prepare
 from rigidcli.homework.base import Outcome, Tree
 from rigidcli.homework.judge import Item, outcome

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from rigidcli.document.draft import read_tree
+from rigidcli.document.yaml_reader import read_tree
 from rigidcli.homework.base import CODES, Outcome, Tree
 from tests.conftest import ROOT
 from tests.homework.asking import asked, codes, judged, told
