@@ -171,7 +171,7 @@ class March:
         self.regular = abs(h) > 1e6 * self.shortest  # far from any jump or pole
         self.jumps = 0 if self.regular else self.jumps
         # No step is more than six times as long as the last, and none grows after one that failed.
-        growth = max(0.3, min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0))
+        growth = min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0)
         self.h, self.failures = math.copysign(min(abs(h) * growth, self.problem.longest), h), 0
         self.taken += 1
 
