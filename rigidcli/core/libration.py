@@ -51,6 +51,10 @@ SHARE_AT_A_ZERO = 1e-8
 """Below this share of its largest value, D passes zero; a larger last value is beside a pole."""
 
 
+ROUNDING_OF_ZERO = 16 * EPS
+"""D is zero but for rounding below this share of its terms, as beside a start at rest."""
+
+
 class Libration(NamedTuple):
     """The turning points (2), the period (s), and the action over a period, with their relative error."""
 
@@ -127,8 +131,9 @@ def _narrowed(function: Discriminant, inside: float, outside: float, largest: fl
             inside, largest = middle, max(largest, value)
         else:
             outside = middle
-    last = function(np.array([inside]))[0][0]
-    return inside if inside == begin or last <= SHARE_AT_A_ZERO * largest else None
+    last, _, size = (float(each[0]) for each in function(np.array([inside])))
+    is_zero = last <= max(SHARE_AT_A_ZERO * largest, ROUNDING_OF_ZERO * size)
+    return inside if inside == begin or is_zero else None
 
 
 def _integrals(function: Discriminant, first: float, last: float, nodes: int) -> tuple[float, float, float]:

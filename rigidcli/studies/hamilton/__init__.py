@@ -123,7 +123,7 @@ def _results(findings: Findings) -> list[Field]:
         fields += _transform(findings.transform)
     if findings.orbit is not None:
         fields += _orbit_quality(findings.orbit)
-    if findings.libration is not None:
+    if findings.libration is not None or (findings.orbit and _is_beside_cyclic(findings.derivation)):
         fields += _libration(findings.libration, findings.derivation)
     return fields
 
@@ -341,16 +341,21 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     ]
 
 
-def _libration(found: Libration, derivation: Derivation) -> list[Field]:
+def _is_beside_cyclic(derivation: Derivation) -> bool:
+    return derivation.moves_alone and bool(derivation.cyclic)
+
+
+def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
+    """The period, action and turning points; null where the coordinate does not move to and fro."""
     rows = [
-        _row("orbit.period", found.period),
-        _row("orbit.action", found.action),
-        _row("orbit.turning_points", np.array(found.turning_points)),
+        _row("orbit.period", found and found.period),
+        _row("orbit.action", found and found.action),
+        _row("orbit.turning_points", found and np.array(found.turning_points)),
     ]
-    if derivation.cyclic:  # the orbit itself need not close
+    if _is_beside_cyclic(derivation):  # the orbit itself need not close
         (name,) = {*derivation.phase.coordinates} - {*derivation.cyclic}
         rows = [replace(row, title=f"{row.title.removesuffix(' of the orbit')} of {name}") for row in rows]
-    return rows
+    return list(map(if_known, rows))
 
 
 def _branch_table(findings: Findings) -> list[Table]:

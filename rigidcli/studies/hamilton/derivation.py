@@ -198,6 +198,12 @@ class Derivation:
         return tuple(q for q in self.cyclic if is_zero(forces[q]))
 
     @property
+    def moves_alone(self) -> bool:
+        """Whether one coordinate moves by itself: the others are cyclic, and H is constant."""
+        changes = self.is_forced or self.explicit_time or self.system.constraints
+        return not changes and len(self.phase.coordinates) - len(self.cyclic) == 1
+
+    @property
     def is_forced(self) -> bool:
         """Whether generalized forces act besides those of L or H."""
         return any(not force.is_zero for force in self.system.forces)

@@ -78,7 +78,7 @@ def find(
             functions,
             observed.events if observed else {},
         )
-        if len(derivation.phase.coordinates) - len(derivation.cyclic) == 1:
+        if derivation.moves_alone:
             from rigidcli.studies.hamilton.sections import period
 
             libration = period(derivation, initial, orbit.coordinates)

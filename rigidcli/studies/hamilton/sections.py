@@ -130,10 +130,8 @@ def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libr
     The momenta of cyclic coordinates are constant, so that the other coordinate moves by itself: in a central
     field, r from one apsis to the other and back (L. Landau, E. Lifshitz, Mechanics, section 14).
     """
-    phase, places = derivation.phase, range(len(derivation.phase.coordinates))
-    if derivation.is_forced or derivation.explicit_time or derivation.system.constraints:
-        return None
-    (place,) = (k for k in places if phase.coordinates[k] not in derivation.cyclic)
+    phase = derivation.phase
+    (place,) = (k for k, q in enumerate(phase.coordinates) if q not in derivation.cyclic)
     parts = _quadratic(derivation.hamiltonian, phase.momenta[place])
     if parts is None:
         return None
