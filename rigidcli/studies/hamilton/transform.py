@@ -76,18 +76,22 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
         return TransformedSystem(new.names, {}, {}, (), None, None, generated)
     brackets = canonical.brackets(values, pairs, phase)
     expected = {pair: canonical.expected(*pair, pairs) for pair in brackets}
-    misses = {pair: e - expected[pair] for pair, e in brackets.items()}
-    needed = canonical.positive_names(misses.values(), phase.names)
-    if needed is None or any(sign(known[name]) != 1 for name in needed if name in known):
-        misses = {pair: substitute(miss, known) for pair, miss in misses.items()}
+    free = {pair: e - expected[pair] for pair, e in brackets.items()}
+    rate = None if generated is None else generated.rate
+    new_h, negative = None, {name for name, value in known.items() if sign(value) != 1}
+    # For all values of the parameters, or else for the given ones.
+    for given in ({}, known) if known else ({},):
+        misses = {pair: substitute(miss, given) for pair, miss in free.items()}
         needed = canonical.positive_names(misses.values(), phase.names)
-        values = {name: substitute(value, known) for name, value in values.items()}
-        hamiltonian = None if hamiltonian is None else substitute(hamiltonian, known)
-    new_h = None
-    if needed is not None and hamiltonian is not None:
-        with suppress(ComputationError, ExpressionError):
-            rate = None if generated is None else generated.rate
-            new_h = Change(values, old, new, rate).hamiltonian(hamiltonian)
+        needed = None if needed is None or negative.intersection(needed) else needed
+        if needed is not None and hamiltonian is not None:
+            there = {name: substitute(value, given) for name, value in values.items()}
+            added = None if rate is None else substitute(rate, given)
+            with suppress(ComputationError, ExpressionError):
+                new_h = Change(there, old, new, added).hamiltonian(substitute(hamiltonian, given))
+        if new_h is not None and negative.isdisjoint(new_h.positive):
+            break
+        new_h = None
     assumed = dict.fromkeys([*(needed or ()), *(() if new_h is None else new_h.positive)])
     wrong = [] if needed is not None else [pair for pair, miss in misses.items() if not is_zero(miss)]
     shown = {pair: tidy(e) if pair in wrong else expected[pair] for pair, e in brackets.items()}
