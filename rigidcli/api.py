@@ -54,7 +54,7 @@ def _study(name: str) -> Study:
     fields = ", ".join(dict.fromkeys(field.key.partition(".")[0] for field in RESULTS[name]))
     study.__name__ = study.__qualname__ = name
     study.__doc__ = HELP.format(
-        about=row.about, name=name, fields=fill(fields, 100), example=inspect.cleandoc(row.python)
+        about=row.about, name=name, fields=fill(fields, 106), example=inspect.cleandoc(row.python)
     )
     return study
 
