@@ -18,16 +18,7 @@ from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
 from rigidcli.document.yaml_reader import read_tree
-from rigidcli.errors import (
-    DocumentError,
-    Problem,
-    RigidError,
-    ValueProblem,
-    did_you_mean,
-    guess,
-    nearest,
-    shown,
-)
+from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, did_you_mean, guess, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
@@ -42,7 +33,7 @@ from rigidcli.homework.base import (
     sentence,
 )
 from rigidcli.homework.hand_ins import HandIns, unnamed
-from rigidcli.homework.judge import AcceptedKey, Item, run, text_beside
+from rigidcli.homework.judge import Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
@@ -55,11 +46,10 @@ if TYPE_CHECKING:
 
     Study = Callable[[Document], Report]
 
+# Decimals in a key that feedback rounds to six figures: 0.04166666667, 2.0.
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
-"""Decimals in a key that feedback rounds to six figures: 0.04166666667, 2.0."""
 
-LONGEST_REFERENCE = 500
-"""Characters of a key in feedback: a longer one tells nobody anything."""
+LONGEST_REFERENCE = 500  # characters of a key in feedback: a longer one tells nobody anything
 
 NO_ROSTER = (
     "without a --roster, the name of a folder or file decides which values a student has: give the list of "
@@ -289,18 +279,18 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
     there = [name for name in named if name in library.documents]  # the others are refused by themselves
     for parameter in variants.values:
         documents = [name for name in there if library.own(name, {parameter: ""})]
-        used = [name for name in documents if library.uses(name, parameter)]
+        used = [name for name in documents if _plain(parameter) not in library.document(name, {}).unused]
         for name in used:
             yield from _refused(parameter, variants, name, library)
         if used or len(there) < len(named):
             continue
         every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
-        message = f"no document of the questions has the parameter {shown(parameter)}"
-        message, hint = f"{message}{guess(parameter, every)}", f"there are {', '.join(every)}"
-        if documents or not every:
-            hint = "leave it out"
+        message = (
+            f"no document of the questions has the parameter {shown(parameter)}{guess(parameter, every)}"
+        )
         if documents:
             message = f"nothing in {', '.join(map(shown, documents))} uses this parameter"
+        hint = "leave it out" if documents or not every else f"there are {', '.join(every)}"
         yield library.placed(("variants", parameter), message, hint)
 
 
@@ -325,32 +315,20 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
 def _item(kind: AnswerKind, source: KeySource, folder: Path) -> Item:
     question = source.question
     key = _key(kind, source, folder, "ask" if source.path else "answer")
-    accepted = list[AcceptedKey]()
+    accepted, changes = list[tuple[Any, float, str]](), list[tuple[str, Any]]()
     for place, other in enumerate(question.accept):
         literal = KeySource(source.name, question, other.answer)
         other_key = _key(kind, literal, folder, "accept", place, "answer")
-        accepted.append(AcceptedKey(other_key, other.credit, other.message))
+        accepted.append((other_key, other.credit, other.message))
     typed = kind.typed(key)
-    reference = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
-    return Item(
-        kind,
-        key,
-        question.points,
-        question.title,
-        reference if len(reference) <= LONGEST_REFERENCE else "",
-        question.credit,
-        tuple(accepted),
-        tuple(_changes(kind, source, key, typed)),
-    )
-
-
-def _changes(kind: AnswerKind, source: KeySource, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
-    """The keys of mistaken problems, but those by which the right answer is right, too."""
     right = kind.read(key, typed).value
     for code, changed in kind.mistaken(source, key):
         with suppress(Unreadable, ArithmeticError, ValueError):
-            if not kind.is_right(changed, right):
-                yield code, changed
+            if not kind.is_right(changed, right):  # else this mistake changes nothing here
+                changes.append((code, changed))
+    reference = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
+    told = question.title, reference if len(reference) <= LONGEST_REFERENCE else ""
+    return Item(kind, key, question.points, *told, question.credit, tuple(accepted), tuple(changes))
 
 
 def _key(kind: AnswerKind, source: KeySource, folder: Path, *place: str | int) -> Any:
@@ -431,10 +409,6 @@ class Library:
         tree = self.document(name, {}).draft.tree
         return read_names(tree.get("parameters") or {}, has_time=False)[0]
 
-    def uses(self, name: str, parameter: str) -> bool:
-        """Whether something in a document uses a parameter."""
-        return _plain(parameter) not in self.document(name, {}).unused
-
     def document(self, name: str, values: Values) -> Document:
         """A document with these values of its parameters. Raises DocumentError."""
         if name not in self.documents:
@@ -465,8 +439,8 @@ class Library:
             return KINDS[str(question.kind)], KeySource(id, question, question.answer)
         study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
-            near = self._with_result(question.document, study, values) or nearest(study, list(self.studies))
-            message = f"there is no command {shown(study)}{did_you_mean(near)}"
+            near = did_you_mean(self._with_result(question.document, study, values))
+            message = f"there is no command {shown(study)}{near or guess(study, self.studies)}"
             raise ValueProblem(message, path=("ask",), hint=f"there are {', '.join(self.studies)}")
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
@@ -489,9 +463,8 @@ class Library:
         return KINDS[name], KeySource(id, question, value, unit, path, document, report)
 
 
-def _plain(name: str) -> str:
-    """The name of a variant in ASCII letters, as parameters of documents have it."""
-    return read_name(name, has_time=False)
+# The name of a variant in ASCII letters, as parameters of documents have it.
+_plain = partial(read_name, has_time=False)
 
 
 def _value_at(ask: str, tree: Any, way: Sequence[str], symbols: Mapping[str, str]) -> Any:
@@ -506,8 +479,8 @@ def _value_at(ask: str, tree: Any, way: Sequence[str], symbols: Mapping[str, str
             tree = tree[int(step)]
         else:
             paths = _paths(ask, tree)
-            near = symbols.get(step) or nearest(f"{ask}.{step}", paths)
-            message = f"there is no {shown(step)} in this result{did_you_mean(near)}"
+            near = did_you_mean(symbols.get(step)) or guess(f"{ask}.{step}", paths)
+            message = f"there is no {shown(step)} in this result{near}"
             hint = f"there are {', '.join(paths)}" if paths else f"`{ask}` is a result, and has no parts"
             raise ValueProblem(message, path=("ask",), hint=hint)
         ask = f"{ask}.{step}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 import orjson
 from pydantic import TypeAdapter
@@ -21,28 +21,18 @@ if TYPE_CHECKING:
     from rigidcli.homework.question import Question
     from rigidcli.report import Report
 
-Tree: TypeAlias = Any
-"""An answer as it was typed: texts (numbers too), None, and lists and mappings of them."""
+Tree: TypeAlias = Any  # an answer as it was typed: texts (numbers too), None, and lists and mappings of them
+Tell: TypeAlias = Callable[[str, Sequence[str]], None]  # gets the name of a file, and the notes on it
+Progress: TypeAlias = Callable[[float], None]  # gets the share that is done
 
-Tell: TypeAlias = Callable[[str, Sequence[str]], None]
-"""A function that gets notes for the instructor, with the name of the file that they are on."""
-
-Progress: TypeAlias = Callable[[float], None]
-"""A function that gets the share that is done."""
-
+# The verdicts in the order of reports: what waits for a person first.
 Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
-
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-"""The verdicts in the order of reports: what waits for a person first."""
 
+# Codes for programs, and the sentences that students read. A sentence may follow the name of the part that is
+# meant (`Ixy: not right`). It holds no number, so that it cannot give a reference value away.
 _LINES = Path(__file__).with_name("codes.csv").read_text("utf-8").splitlines()[1:]
-
 CODES = dict(line.split(",", 1) for line in _LINES)
-"""What is said of an answer: codes for programs, and the sentence that a student reads.
-
-A sentence may follow the name of the part that is meant (`Ixy: not right`). It holds no
-number, so that it cannot give a reference value away.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,14 +171,12 @@ class AnswerKind(ABC):
 
 # --- marks
 
-PLACES = 6
-"""Decimal places of a score: shares such as 1/3 need an end."""
+PLACES = 6  # decimal places of a score: shares such as 1/3 need an end
 
-MISSING = Outcome("missing", 0.0)
-"""The outcome of a student, or a question, without an answer."""
+MISSING = Outcome("missing", 0.0)  # of a student, or a question, without an answer
 
+# The codes of unreadable parts of an answer, such as one of several equations.
 UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
-"""Codes of unreadable parts of an answer, such as one of several equations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,9 +277,7 @@ class Judgement:
         return float(Decimal(str(self.score)).quantize(Decimal(1).scaleb(-places), ROUND_HALF_UP))
 
 
-@cache
-def _reader() -> TypeAdapter[Judgement]:
-    return TypeAdapter(Judgement)
+_reader = cache(lambda: TypeAdapter(Judgement))
 
 
 def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
@@ -304,17 +290,11 @@ def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
         findings = question.findings if feedback.reasons else ()
         if feedback is not Feedback.full:
             findings = tuple(replace(finding, reference="") for finding in findings)
-        safe = _printable(question, "id", "title", "answer", "read_as")
-        questions.append(replace(safe, findings=findings))
-    return replace(_printable(judgement, "student", "source"), questions=tuple(questions))
-
-
-T = TypeVar("T", Judged, Judgement)
-
-
-def _printable(record: T, *names: str) -> T:
-    texts: dict[str, Any] = {name: printable(getattr(record, name)) for name in names}
-    return replace(record, **texts)
+        safe = replace(question, id=printable(question.id), title=printable(question.title))
+        answer, read_as = printable(question.answer), printable(question.read_as)
+        questions.append(replace(safe, answer=answer, read_as=read_as, findings=findings))
+    student, source = printable(judgement.student), printable(judgement.source)
+    return replace(judgement, student=student, source=source, questions=tuple(questions))
 
 
 def sentence(finding: Finding) -> str:

@@ -5,7 +5,7 @@ One bad file is one bad row, and harms no other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -31,25 +31,13 @@ from rigidcli.homework.base import (
 )
 from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
-from rigidcli.homework.question import RELATIVE, Question, Tolerance
+from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.variants import words
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
-SECONDS = 2.0
-"""Seconds of the processor that one answer may take, so that others have time, too."""
-
-LONGEST_ANSWER = 2000
-"""Characters of an answer that reports repeat."""
-
-
-@dataclass(frozen=True, slots=True)
-class AcceptedKey:
-    """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
-
-    key: Any
-    credit: float
-    message: str = ""
+SECONDS = 2.0  # of the processor that one answer may take, so that others have time, too
+LONGEST_ANSWER = 2000  # characters of an answer that reports repeat
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +45,9 @@ class Item:
     """A question that is ready to judge answers: its kind, and the key that the kind has made.
 
     `changes` are the keys of mistaken problems with the codes of the mistakes; `reference` is the key in
-    words, for feedback at the level `full`; `credit` and `accepted` are as the question has them.
-    `values` are those of the student's variant that the question depends on, or names.
+    words, for feedback at the level `full`; `credit` is as the question has it. `accepted` has the keys of
+    other answers, each with its share (0 to 1) of the points and what a student reads then. `values` are
+    those of the student's variant that the question depends on, or names.
     """
 
     kind: AnswerKind
@@ -67,7 +56,7 @@ class Item:
     title: str = ""
     reference: str = ""
     credit: str | Mapping[Any, float] = "parts"
-    accepted: tuple[AcceptedKey, ...] = ()
+    accepted: tuple[tuple[Any, float, str], ...] = ()
     changes: tuple[tuple[str, Any], ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
 
@@ -78,8 +67,8 @@ class Item:
         return Judged(id, self.title, answer, read_as, *marks, values=dict(self.values))
 
 
+# Questions with answers that were judged before, for the many who answer alike.
 Seen: TypeAlias = dict[tuple[str, str], Judged]
-"""Questions with answers that were judged before, for the many who answer alike."""
 
 
 def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = None) -> Judgement:
@@ -116,19 +105,15 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         is_lasting = not opened and result.verdict != "invalid"
         if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
             seen[asked] = questions[-1]
-    return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
+    known = {folded(id) for id in items}
+    strange = [id for id in answers if folded(id) not in known]
+    notes += capped(strange, lambda id: f"there is no question {shown(id)}{guess(id, items)}")
+    return Judgement("", "", tuple(questions), tuple(notes), tuple(sorted(files)))
 
 
 def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
     """A hand-in with one outcome for all questions, such as of a file that cannot be read."""
     return Judgement("", "", tuple(item.judged(id, result) for id, item in items.items()))
-
-
-def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
-    known = {folded(id) for id in items}
-    strange = [id for id in answers if folded(id) not in known]
-
-    return capped(strange, lambda id: f"there is no question {shown(id)}{guess(id, items)}")
 
 
 def outcome(
@@ -165,10 +150,10 @@ def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     if outcome.verdict in ("partial", "incorrect"):
         outcome = _explained(item, outcome, read.value)
     outcome = _credited(item, outcome)
-    for other in item.accepted if outcome.verdict != "correct" else ():
-        is_it = _by_key(item.kind, other.key, answer)[0].verdict == "correct"
-        if is_it and other.credit >= outcome.share:
-            outcome = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
+    for key, credit, message in item.accepted if outcome.verdict != "correct" else ():
+        is_it = _by_key(item.kind, key, answer)[0].verdict == "correct"
+        if is_it and credit >= outcome.share:
+            outcome = Outcome.earning(credit, Finding("accepted", detail=message))
     return outcome, read.read_as
 
 
@@ -202,11 +187,10 @@ def _credited(item: Item, outcome: Outcome) -> Outcome:
     """The outcome by the option `credit`: whole points only, or shares for certain codes."""
     if item.credit == "whole" and outcome.verdict == "partial":
         return replace(outcome, verdict="incorrect", share=0.0)
+    shares = {} if isinstance(item.credit, str) else item.credit
     codes = {finding.code for finding in outcome.findings}
-    if isinstance(item.credit, str) or outcome.verdict in ("correct", "review") or not codes:
-        return outcome
-    if codes <= item.credit.keys():
-        return Outcome.earning(min(item.credit[code] for code in codes), *outcome.findings)
+    if codes and codes <= shares.keys() and outcome.verdict not in ("correct", "review"):
+        return Outcome.earning(min(shares[code] for code in codes), *outcome.findings)
     return outcome
 
 
@@ -274,19 +258,16 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
         result, read_as = outcome(item, item.kind.typed(item.key), Path())
         is_right = result.verdict == "correct"
         named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
+        # Formulas have a tolerance only where the question gives one: a decimal in them stands for all
+        # numbers that round to it. Words have none.
+        given = ", ".join(f"{key} {most:g}" for key, most in questions[id].tolerance if most is not None)
+        tolerance = given or f"relative {RELATIVE:g}" * item.kind.has_tolerance
         lines = [
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
             f"  values     {printable(words(item.values))}" if item.values else "",
             f"  key        {printable(shortened(item.reference or read_as))}",
             f"  judged     {', '.join([result.verdict, *(CODES[each.code] for each in result.findings)])}",
-            f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
+            f"  tolerance  {tolerance}" if tolerance else "",
             f"  mistakes   {named}" if named else "",
         ]
         yield "".join(f"{line}\n" for line in lines if line), is_right
-
-
-def _tolerance(item: Item, tolerance: Tolerance) -> str:
-    """A tolerance in words; formulas have one only where the question says so, and words have none."""
-    # A decimal in a formula stands for all numbers that round to it.
-    given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
-    return given or f"relative {RELATIVE:g}" * item.kind.has_tolerance

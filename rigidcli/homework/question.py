@@ -25,20 +25,18 @@ KindName = Literal[
     "invariants", "trajectory", "choice",
 ]  # fmt: skip
 
+# The tolerance of a question that names none: an answer of three figures may be wrong by half a percent.
 RELATIVE = 0.01
-"""The tolerance of a question that names none: an answer of three figures may be wrong by half a percent."""
 
+# The codes that mean `right but for this`: a question may give a share of its points for them.
 Credited = Literal[
     "unit_missing", "sign_error", "products_of_inertia_sign", "wrong_order", "axis_not_normalised",
     "additive_constant", "power_of_ten", "degrees_radians", "too_few_sig_figs", "second_order_form",
 ]  # fmt: skip
-"""The codes that mean `right but for this`: a question may give a share of its points for them."""
 
 
-class Tolerance(Section):
+class Tolerance(Section, use_attribute_docstrings=True):
     """How near an answer must be to the key; a number alone is a relative tolerance."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     relative: NotNegative | None = None
     """the largest error as a share of the value (default 0.01): `{relative: 0.02}`, or `tolerance: 0.02`"""
@@ -50,6 +48,7 @@ class Tolerance(Section):
     """the largest angle between an axis and the right one: `{angle: 1 deg}`"""
 
 
+# A number alone is a relative tolerance.
 AnyTolerance = Annotated[
     Tolerance,
     Alternative(
@@ -59,10 +58,7 @@ AnyTolerance = Annotated[
         schema={"type": "number", "minimum": 0},
     ),
 ]
-"""A tolerance; a number alone is a relative one."""
-
-Share = Annotated[float, Field(ge=0, le=1)]
-"""A part of the points of a question."""
+Share = Annotated[float, Field(ge=0, le=1)]  # a part of the points of a question
 
 
 def _parts_or_whole(raw: str, _: object) -> str:
@@ -71,17 +67,15 @@ def _parts_or_whole(raw: str, _: object) -> str:
     return raw
 
 
+# `parts`, `whole`, or the shares of codes that mean `right but for this`.
 Credit = Annotated[
     str | dict[Credited, Share],
     Alternative(str, _parts_or_whole, otherwise=dict[Credited, Share], schema={"enum": ["parts", "whole"]}),
 ]
-"""`parts`, `whole`, or the shares of codes that mean `right but for this`."""
 
 
-class Accepted(Section):
+class Accepted(Section, use_attribute_docstrings=True):
     """Another answer that earns a share of the points."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     answer: Any
     """the answer, of the kind of the question: `{answer: 9.8 m/s^2, credit: 0.5}`"""
@@ -153,19 +147,15 @@ class Question(Section):
     """further answers and what they earn: `accept: [{answer: oblate, credit: 0.5, message: almost}]`"""
 
 
+# The options of every question, and those of all kinds of answers that are formulas.
 EVERYWHERE = frozenset(
     {"document", "ask", "answer", "kind", "points", "title", "tolerance", "credit", "accept"}
 )
-"""The options of every question."""
-
 OF_FORMULAS = frozenset({"symbols", "coordinates", "momenta", "velocities", "numbers"})
-"""The options of all kinds of answers that are formulas."""
 
 
-class Assignment(Section):
+class Assignment(Section, use_attribute_docstrings=True):
     """Questions by their names."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     NEEDS: ClassVar = {"seed": "variants"}
 
@@ -188,13 +178,11 @@ class Assignment(Section):
             yield ValueProblem(message, path=("variants",), hint=hint)
 
 
-class AnswerFile(Section):
+class AnswerFile(Section, use_attribute_docstrings=True):
     """What a student hands in: answers by the names of their questions.
 
     Numbers may be texts or expressions, so that every answer is a text, a number, a list or a mapping.
     """
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     student: Any = None
     """the name of the student, for people only: a mark goes to the name of the file or its folder"""

@@ -25,46 +25,40 @@ from rigidcli.errors import DocumentError, ValueProblem, at, gathered, shown
 from rigidcli.fields.section import refuse
 from rigidcli.fields.units import Unit, parse_unit, split_quantity
 
-MOST_VALUES = 1000
-"""The most values of a variant: each of them is tried in every document, which takes milliseconds."""
+MOST_VALUES = 1000  # of a variant: each of them is tried in every document, which takes milliseconds
+MOST_VARIANTS = 20  # more parameters with variants than any assignment has
 
-MOST_VARIANTS = 20
-"""The most parameters with variants: more than any assignment has."""
-
+# The keys of a range, and what they mean.
 RANGE = {
     "from": "the first value of a range: `from: 2 cm`",
     "to": "its last value: `to: 5 cm`",
     "step": "from each value to the next: `step: 5 mm`",
 }
-"""The keys of a range, and what they mean."""
 
-Values: TypeAlias = Mapping[str, str]
-"""Values of parameters, as they are typed: `{"a": "2.5 cm"}`."""
+Values: TypeAlias = Mapping[str, str]  # values of parameters, as they are typed: `{"a": "2.5 cm"}`
 
+# The JSON Schema of all variants.
 _VALUE = {"type": ["number", "string"]}
 _LIST = {"type": "array", "items": _VALUE, "minItems": 1, "maxItems": MOST_VALUES, "uniqueItems": True}
 _KEYS = {key: _VALUE | {"description": about} for key, about in RANGE.items()}
 _RANGE = {"type": "object", "properties": _KEYS, "required": [*RANGE], "additionalProperties": False}
 _EACH = {"anyOf": [_LIST, _RANGE]}
-
 SCHEMA: dict[str, Any] = {
     "type": "object", "minProperties": 1, "maxProperties": MOST_VARIANTS, "additionalProperties": _EACH,
 }  # fmt: skip
-"""The JSON Schema of all variants."""
 
 EXAMPLES = "such as [1, 2, 3] or {from: 2 cm, to: 5 cm, step: 5 mm}"
 
-EXACTLY = Context(prec=50, traps=[Inexact])
-"""Arithmetic of ranges: a quotient whose decimals do not end is an error."""
+EXACTLY = Context(prec=50, traps=[Inexact])  # a quotient whose decimals do not end is an error
 
+# A decimal number of a size, and with as many digits, as people type.
 _DECIMAL = re.compile(r"[-+]?(?=\.?[0-9])(?=[0-9.]{1,20}(?![0-9.]))[0-9]*\.?[0-9]*(?:[eE][-+]?[0-9]{1,2})?")
-"""A decimal number of a size, and with as many digits, as people type."""
 
+# What stands in braces in a title: the name of a variant, or a part of a formula.
 _BRACES = re.compile(r"\{\s*([^{}]+?)\s*\}")
-"""What stands in braces in a title: the name of a variant, or a part of a formula."""
 
+# A name in braces that is no argument in LaTeX, such as the one of `\sqrt{x}` or `v_{max}`.
 _NAME = re.compile(r"(?<![\w\\^_}])\{\s*([^\W\d]\w*)\s*\}")
-r"""A name in braces that is no argument in LaTeX, such as the one of `\sqrt{x}` or `v_{max}`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.homework.base import Finding, Judged, Judgement, Outcome, Unreadable, sentence
-from rigidcli.homework.judge import AcceptedKey, Item, Seen, judge
+from rigidcli.homework.judge import Item, Seen, judge
 from rigidcli.homework.kinds import KINDS
 from rigidcli.sandbox import ForbiddenError
 from tests.homework.standins import Same, mark
@@ -116,18 +116,18 @@ def test_a_mistake_is_named_when_it_alone_explains_the_answer(
 @pytest.mark.parametrize(
     ("answer", "accepted", "expected"),
     [
-        ("41", [AcceptedKey("41", 0.5, "nearly")], ("partial", 1.0, ("accepted",))),
-        ("41", [AcceptedKey("41", 0.5), AcceptedKey("41", 0.75)], ("partial", 1.5, ("accepted",))),
-        ("41", [AcceptedKey("41", 0.75), AcceptedKey("41", 0.5)], ("partial", 1.5, ("accepted",))),
-        ("41", [AcceptedKey("41", 1.0)], ("correct", 2.0, ("accepted",))),
-        ("41", [AcceptedKey("41", 0.0, "no")], ("incorrect", 0.0, ("accepted",))),
-        ("41", [AcceptedKey("40", 1.0)], ("incorrect", 0.0, ("outside_tolerance",))),
-        ("42", [AcceptedKey("42", 0.5)], ("correct", 2.0, ())),
-        ("[42, 0]", [AcceptedKey("41", 0.25)], ("partial", 1.0, ("component_wrong",))),
+        ("41", [("41", 0.5, "nearly")], ("partial", 1.0, ("accepted",))),
+        ("41", [("41", 0.5, ""), ("41", 0.75, "")], ("partial", 1.5, ("accepted",))),
+        ("41", [("41", 0.75, ""), ("41", 0.5, "")], ("partial", 1.5, ("accepted",))),
+        ("41", [("41", 1.0, "")], ("correct", 2.0, ("accepted",))),
+        ("41", [("41", 0.0, "no")], ("incorrect", 0.0, ("accepted",))),
+        ("41", [("40", 1.0, "")], ("incorrect", 0.0, ("outside_tolerance",))),
+        ("42", [("42", 0.5, "")], ("correct", 2.0, ())),
+        ("[42, 0]", [("41", 0.25, "")], ("partial", 1.0, ("component_wrong",))),
     ],
 )
 def test_accepted_answers_earn_their_credit(
-    answer: str, accepted: list[AcceptedKey], expected: tuple[str, float, tuple[str, ...]]
+    answer: str, accepted: list[tuple[str, float, str]], expected: tuple[str, float, tuple[str, ...]]
 ) -> None:
     question = judged(f"answers: {{a: {answer}}}", {"a": replace(ITEMS["b"], accepted=tuple(accepted))})["a"]
     assert (question.verdict, question.score, question.codes) == expected
