@@ -126,6 +126,7 @@ def test_sheets_and_marks_belong_to_the_student(course: Path, program: Program) 
     assert program("check", assignment, "--sheets", "--roster", roster, "-o", f"{course}/sheets/").code == 0
     pages = {path.name: path.read_text(encoding="utf-8") for path in (course / "sheets").iterdir()}
     assert sorted(pages) == ["Bob-Bär.html", "Cy-Ng.html", "Di-Ng.html", "Lovelace-Ada.html"]
+    assert all("<title>hw: " in page and "<h1><bdi>hw</bdi></h1>" in page for page in pages.values())
     for student, _, login, m, a, *_ in rows:
         page = pages["Lovelace-Ada.html" if student == "Ada" else f"{student.replace(' ', '-')}.html"]
         assert f"m = {m}, a = {a}" in page

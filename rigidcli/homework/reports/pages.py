@@ -253,9 +253,9 @@ def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]
         ]
         for id, item in sheet.items.items():
             worth = f"{points(item.points)} point{'s' * (item.points != 1)}"
-            title = f'<p class="title">{own(printable(item.title))}</p>\n' if item.title else ""
+            task = f'<p class="title">{own(printable(item.title))}</p>\n' if item.title else ""
             head = f"<h3>{own(printable(id))} <span>{worth}</span></h3>\n"
-            body.append(f'<section class="answer">\n{head}{title}</section>\n')
+            body.append(f'<section class="answer">\n{head}{task}</section>\n')
         yield file_name(sheet.student, taken), written(f"{title}: {sheet.student}", body)
 
 
