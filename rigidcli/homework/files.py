@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path, PurePath
 from typing import NamedTuple
 
@@ -20,16 +21,7 @@ from rigidcli.errors import Problem, printable, shortened, shown
 from rigidcli.fields.texts import ending, safe_name
 from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.names import (
-    ARCHIVE,
-    Owner,
-    is_answer,
-    may_answer,
-    owner_of,
-    platform_of,
-    uncounted,
-    words_of,
-)
+from rigidcli.homework.names import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted, words_of
 
 MOST_BYTES = 1_000_000
 """The most bytes of an answer file, and of a file that it names."""
@@ -161,26 +153,24 @@ def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> 
 
 
 def _listed(folder: Path, path: Path, root: int, way: tuple[str, ...], batch: Batch) -> list[HandedFile]:
-    """The places in a folder, which reports call `path`, at the end of a `way`."""
-    inside = [file.relative_to(folder) for file in _walk(folder, batch)]
-    return [
-        HandedFile(folder / each, safe_name(path / each), root, (*way, *each.parts[:-1])) for each in inside
-    ]
+    """The places in a folder, which reports call `path`, at the end of a `way`.
 
+    They are all files, and what poses as an answer file. Hidden names are left out.
+    """
 
-def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
-    """All files below a folder, and what poses as an answer file; hidden names are left out."""
-    for name, folders, files in os.walk(
-        folder,
-        onerror=lambda error: batch.trouble(
-            Path(error.filename), _reason(error), is_whole=Path(error.filename) != folder
-        ),
-    ):
-        here = Path(name)
+    def failed(error: OSError) -> None:
+        batch.trouble(Path(error.filename), _reason(error), is_whole=Path(error.filename) != folder)
+
+    places = list[HandedFile]()
+    for name, folders, files in os.walk(folder, onerror=failed):
+        here = Path(name).relative_to(folder)
         named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
         looked_into = [each for each in named if each in folders and not is_answer(each)]
-        folders[:] = [each for each in looked_into if not (here / each).is_symlink()]
-        yield from (here / each for each in named if each not in folders)
+        folders[:] = [each for each in looked_into if not Path(name, each).is_symlink()]
+        for file in (here / each for each in named if each not in folders):
+            source = safe_name(path / file)
+            places.append(HandedFile(folder / file, source, root, (*way, *here.parts)))
+    return places
 
 
 def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
@@ -230,21 +220,14 @@ def _spot(path: Path) -> str:
 
 
 class Bounds(NamedTuple):
-    """How much of an archive is unpacked: the number of `files`, the bytes of all, and those of `each`.
-
-    A longer file is cut off. An archive within may be as long as all files: half of one cannot be read.
-    """
+    """How much of an archive is unpacked: the number of files, and the bytes of all of them."""
 
     files: int
     bytes: int
-    each: int
 
 
-CLASS = Bounds(files=MOST_FILES, bytes=500_000_000, each=MOST_BYTES + 1)
-"""Bounds for the archive of a class of thousands."""
-
-HAND_IN = Bounds(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
-"""Bounds for the archive that a student hands in."""
+CLASS = Bounds(files=MOST_FILES, bytes=500_000_000)  # a class of thousands
+HAND_IN = Bounds(files=200, bytes=5_000_000)  # what a student hands in
 
 MOST_FOLDERS = 9
 """The most parts of a name in an archive: a download has two or three, and a student may add some."""
@@ -287,7 +270,8 @@ def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
             try:
                 if parts in folders or not answers.isdisjoint(_above(parts)):
                     raise ValueError("a file and a folder have one name")
-                most = bounds.bytes if parts[-1:] and parts[-1].lower().endswith(ARCHIVE) else bounds.each
+                # A longer file is cut off, and too large. Of an archive within, half could not be read.
+                most = bounds.bytes if "".join(parts[-1:]).lower().endswith(ARCHIVE) else MOST_BYTES + 1
                 file = folder.joinpath(*_harmless(parts, info))
                 with archive.open(info) as packed:
                     data = packed.read(min(most, left))
@@ -439,9 +423,7 @@ class _Folder:
             self.names = os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
         self.answers = [name for name in self.names if may_answer(name)]
         self._platform = platform_of(self.names)
-
-    def owner(self, name: str) -> Owner:
-        return owner_of(name, self._platform)
+        self.owner = partial(owner_of, platform=self._platform)
 
     def owner_by_begin(self, name: str, asking: str) -> str:
         """The student, with an answer file, whose name a file begins with; empty for nobody."""

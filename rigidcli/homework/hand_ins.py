@@ -19,17 +19,7 @@ from rigidcli.fields.texts import ending
 from rigidcli.homework.answers import folded, read_answers
 from rigidcli.homework.base import MISSING, Judgement, Outcome, Unreadable
 from rigidcli.homework.files import Batch, HandedFile, first_bytes, names_file, read_file
-from rigidcli.homework.names import (
-    Owner,
-    is_answer,
-    listed,
-    may_answer,
-    noted,
-    owner_of,
-    platform_of,
-    uncounted,
-    words_of,
-)
+from rigidcli.homework.names import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, usable_cores
@@ -205,7 +195,7 @@ def _of_names(
     owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
     common = set[str]()
     if roster is not None:
-        words = [{*words_of(owner.name)} for owner in owners.values()]
+        words = [{*owner.words} for owner in owners.values()]
         common = set.intersection(*words) if len(words) > 1 else common
         keys = [roster.find(owner, common) for owner in owners.values()]
         if len({min(each) for each in keys if len(each) == 1}) < 2:
@@ -293,7 +283,8 @@ def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Pap
     answering = [file for file in answering if file.place.file.name not in named] or answering
     # Where nothing can be read, what has the name of an answer file is judged, and says what is wrong.
     hand_ins = answering or [file for file in candidates if is_answer(file.place.file.name)]
-    last = _last(hand_ins)
+    owners = latest([file.owner for file in hand_ins])
+    last = [file for file in hand_ins if file.owner in owners]
     earlier = [file.place.file.name for file in hand_ins if file not in last]
     told.notes.extend(
         noted(f"handed in again by {printable(student.name)}, and the earlier left out", earlier)
@@ -315,17 +306,6 @@ def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Pap
     detail = f"read {', '.join(_told(file.place) for file in scans[:5])}, which answers no question"
     place, owner = scans[0]
     return Paper(student.name, None, place.source, Outcome.review(detail), owner.is_late)
-
-
-def _last(files: Sequence[_File]) -> list[_File]:
-    """The last of copies that a platform's number or time tells apart, or all files."""
-    platforms = {file.owner.platform for file in files}
-    names = {uncounted(file.owner.own) for file in files}
-    is_told = len(platforms) == 1 and all(file.owner.when for file in files)
-    if not is_told or (platforms == {"canvas"} and len(names) > 1):
-        return list(files)
-    last = max(file.owner.turn for file in files)
-    return [file for file in files if file.owner.turn == last]
 
 
 def _told(place: HandedFile) -> str:

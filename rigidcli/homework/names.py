@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import unicodedata
 from collections import Counter, defaultdict
@@ -9,7 +10,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from rigidcli.errors import printable, shown
 
@@ -75,26 +76,9 @@ def spellings(name: str) -> set[tuple[str, ...]]:
 
 # --- what platforms put before names
 
-_DATE = r"[A-Z][a-z]{2} [0-9]{1,2}, [0-9]{4} [0-9]{3,4} [AP]M"
+_ROWS = csv.DictReader(Path(__file__).with_name("platforms.csv").read_text("utf-8").splitlines())
 
-FORMS = {
-    # Moodle: Jane Doe_4711_assignsubmission_file_, a folder, or joined with the name of a file.
-    "moodle": re.compile(
-        r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?"
-    ),
-    # Blackboard: Week 3_jdoe_attempt_2026-11-20-13-05-22_homework.yaml, and .txt about the attempt.
-    "blackboard": re.compile(
-        r"(?P<name>(?:.+?_)?(?P<login>[^_]+))_attempt_(?P<when>[0-9-]{10,19})(?:_(?P<own>.+)|\.txt|)"
-    ),
-    # Brightspace: 300001-701 - Jane Doe - Nov 20, 2026 201 PM, a folder, or joined with the name of a file.
-    "brightspace": re.compile(
-        rf"(?P<id>[0-9]+)-[0-9]+ - (?P<name>.+?) - (?P<when>{_DATE})(?: - (?P<own>.+)|)"
-    ),
-    # Sakai: Doe, Jane(jdoe), a folder.
-    "sakai": re.compile(r"(?P<name>[^()]+, [^()]+\([^()]+\))"),
-    # Canvas, with a number for each file: doejane_LATE_4711_98765_homework.yaml
-    "canvas": re.compile(r"(?P<name>[^_]+)(?P<late>_LATE)?_(?P<id>[0-9]+)_(?P<when>[0-9]+)_(?P<own>.+\..+)"),
-}
+FORMS = {row["platform"]: re.compile(row["form"]) for row in _ROWS}
 """How platforms name a hand-in: a name or login, a number, and the student's own name of the file."""
 
 
@@ -113,6 +97,11 @@ class Owner:
     own: str = ""
     when: str = ""
     is_late: bool = False
+
+    @property
+    def words(self) -> list[str]:
+        """The words of the name."""
+        return words_of(self.name)
 
     @property
     def turn(self) -> tuple[int, str]:
@@ -152,6 +141,16 @@ def owner_of(name: str, platform: str = "", *, is_folder: bool = False) -> Owner
         stem = PurePath(stem).stem
     stem = re.sub(r"(?<=.) ?\([0-9]{1,2}\)$", "", stem)  # the count of a browser
     return Owner(stem, stem, own=name)
+
+
+def latest(owners: Sequence[Owner]) -> Sequence[Owner]:
+    """Of copies of a file, the last that a platform's number or time tells apart; all where none does."""
+    platforms = {owner.platform for owner in owners}
+    is_told = len(platforms) == 1 and all(owner.when for owner in owners)
+    if not is_told or (platforms == {"canvas"} and len({uncounted(owner.own) for owner in owners}) > 1):
+        return owners
+    last = max(owner.turn for owner in owners)
+    return [owner for owner in owners if owner.turn == last]
 
 
 def uncounted(name: str) -> str:

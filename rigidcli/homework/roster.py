@@ -24,7 +24,7 @@ LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
 
 SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line in _LINES)}
-"""The letters of the heads of these columns, and of those of Moodle's worksheet, in other tables."""
+"""The letters of the heads of these columns and of those of Moodle's worksheet, and two sets of words."""
 
 TEST_STUDENT = "Student, Test"
 """The student that Canvas adds to every course, who is nobody."""
@@ -38,11 +38,7 @@ FEWEST_DIGITS = 4
 LONGEST_RUN = 8
 """The most words of a login, or of a name, that are tried as one word."""
 
-SILENT = frozenset(
-    """hw homework answer answers assignment assignments solution solutions sheet exercise exercises problem
-    set week task lab submission submissions final new copy late group blatt aufgabe abgabe hausaufgabe
-    loesung losung ubung uebung devoir reponses tarea respuestas""".split()  # noqa: SIM905 - rows of words
-)
+SILENT = frozenset(SPELLINGS["in names of files"])
 """Words in names of files that name nobody."""
 
 _NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.IGNORECASE)
@@ -156,7 +152,7 @@ class Roster:
         tells nobody apart. The number that a platform adds counts only if it is of the list's own kind.
         """
         owner = Owner(owner, owner) if isinstance(owner, str) else owner
-        words = words_of(owner.name)
+        words = owner.words
         keys = self._meant.get(owner.name.casefold()) or self._meant.get(" ".join(sorted(words)))
         keys = keys or self._within(words, common)
         numbered = self._numbers.get(owner.platform, {}).get(owner.number)
@@ -201,12 +197,12 @@ class Roster:
         Platforms have numbers of their own, which may be those of other students by chance. They are not the
         list's where those who are known by their names mostly have other ones.
         """
-        numbers = {word for owner in owners for word in words_of(owner.name) if _is_number(word)}
+        numbers = {word for owner in owners for word in owner.words if _is_number(word)}
         agree = 0
         for owner in owners:
             keys = self.find(owner, {*common, *numbers}) or self.find(owner, common)
             own = {number for key in keys for number in self._own[key] if _is_number(number)}
-            if len(keys) == 1 and own and (in_name := numbers & {*words_of(owner.name)}):
+            if len(keys) == 1 and own and (in_name := numbers & {*owner.words}):
                 agree += 1 if own & in_name else -1
         return numbers if agree < 0 else set()
 

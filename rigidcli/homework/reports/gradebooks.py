@@ -32,9 +32,6 @@ POINTS = "Points Possible"
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
 
-NO = frozenset(["no", "nein", "non"])
-"""What a cell says where Moodle takes no other grade."""
-
 _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
 """The name of an assignment: its title, and the number that Canvas knows it by."""
 
@@ -100,7 +97,8 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
         next((place for place, name in enumerate(heads) if name in names), len(heads))
         for names in (SPELLINGS["Grade can be changed"], SPELLINGS["Maximum Grade"])
     )
-    kept = frozenset(number for number in people.rows if cell(table.rows[number], locked).casefold() in NO)
+    no = SPELLINGS["no"]
+    kept = frozenset(number for number in people.rows if cell(table.rows[number], locked).casefold() in no)
     return Gradebook(table, people, places[0], kept, [cell(row, most) for row in rows])
 
 
