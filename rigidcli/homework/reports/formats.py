@@ -20,9 +20,6 @@ from rigidcli.homework import Feedback
 from rigidcli.homework.base import VERDICTS, Judged, Judgement, Verdict, reported, sentence
 from rigidcli.render.terminal import Page, Part, TextRow
 
-Students: TypeAlias = Iterable[Judgement]
-"""Hand-ins as the level of feedback allows to show them."""
-
 Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
 
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
@@ -33,14 +30,15 @@ FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
 # Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
 _FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
 
-ELEMENTS: dict[Verdict, str] = {
-    "review": "skipped",
-    "partial": "failure",
-    "incorrect": "failure",
-    "missing": "failure",
-    "invalid": "error",
+STYLES: dict[Verdict, tuple[str, str]] = {
+    "review": ("magenta", "skipped"),
+    "correct": ("green", ""),
+    "partial": ("yellow", "failure"),
+    "incorrect": ("red", "failure"),
+    "invalid": ("red", "error"),
+    "missing": ("yellow", "failure"),
 }
-"""The element of JUnit's XML for an answer that is not right, or not judged."""
+"""The colour of each verdict on a terminal, and its element of JUnit's XML where the answer is not right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ def json_line(entry: object) -> str:
     return orjson.dumps(entry).decode() + "\n"
 
 
-def _csv(students: Students, style: ReportStyle) -> Iterator[str]:
+def _csv(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     rows: Iterator[list[Cell]] = (
         [
             *(student.student, question.id, question.verdict, question.score, question.max_score),
@@ -92,7 +90,7 @@ def _csv(students: Students, style: ReportStyle) -> Iterator[str]:
     return csv_rows([*HEADER, *["late"] * style.late], rows, style)
 
 
-def wide(students: Students, style: ReportStyle) -> Iterator[str]:
+def wide(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """A row for each student, with the points of each question; none where a person must judge it."""
     rest = iter(students)
     for first in rest:
@@ -110,7 +108,7 @@ def wide(students: Students, style: ReportStyle) -> Iterator[str]:
         yield from csv_rows(head, rows, style)
 
 
-def _json(students: Students, style: ReportStyle) -> Iterator[str]:
+def _json(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """The contract `rigidcli.check/1`: a line for each answer file."""
     for student in students:
         line: dict[str, object] = {"schema": "rigidcli.check/1"}
@@ -125,7 +123,7 @@ def _json(students: Students, style: ReportStyle) -> Iterator[str]:
         yield json_line(line)
 
 
-def _gradescope(students: Students, style: ReportStyle) -> Iterator[str]:
+def _gradescope(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """The `results.json` of a Gradescope autograder: one object an answer file, one a line.
 
     Source: Gradescope's autograder specifications, "Output format". All texts are marked as plain text, for
@@ -162,18 +160,18 @@ def _earned(question: Judged) -> str:
     return f"{question.verdict} ({points(question.score)}/{points(question.max_score)})"
 
 
-def _junit(students: Students, style: ReportStyle) -> Iterator[str]:
+def _junit(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     yield '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n'
     for student in students:
-        elements = [ELEMENTS.get(question.verdict) for question in student.questions]
+        elements = [STYLES[question.verdict][1] for question in student.questions]
         counts = {"failures": "failure", "errors": "error", "skipped": "skipped"}
         named = {"name": student.student.strip() or "-", "tests": str(len(elements))}
         named |= {name: str(elements.count(element)) for name, element in counts.items()}
         suite = ET.Element("testsuite", named, file=student.source)
-        for question in student.questions:
+        for question, element in zip(student.questions, elements, strict=True):
             case = ET.SubElement(suite, "testcase", name=question.id, classname=student.student)
-            if question.verdict in ELEMENTS:
-                result = ET.SubElement(case, ELEMENTS[question.verdict])
+            if element:
+                result = ET.SubElement(case, element)
                 if style.feedback is not Feedback.none:
                     reasons = "; ".join(question.sentences)
                     result.set("message", ": ".join(filter(None, [_earned(question), reasons])))
@@ -191,20 +189,8 @@ NARROWEST = 30
 LONGEST_ANSWER = 60
 """Characters of an answer that a table shows."""
 
-COLOURS: dict[Verdict, str] = {
-    "review": "magenta",
-    "correct": "green",
-    "partial": "yellow",
-    "incorrect": "red",
-    "invalid": "red",
-    "missing": "yellow",
-}
-"""The colours of verdicts on a terminal."""
-
 SHARED = ("review", "invalid", "missing")
 """Verdicts that stand in one row where all questions have them for the same reason: these earn no points."""
-
-_VERDICT = max(map(len, VERDICTS))
 
 
 def table(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
@@ -239,7 +225,7 @@ def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
 
 def _remarks(question: Judged, style: ReportStyle, title: str = "") -> str:
     """The title, the answer as typed and, if that says more, as read, and the remarks."""
-    typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
+    typed, read_as = excerpt(question.answer), excerpt(question.reading)
     answer = f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
     shown = answer if question.answer and style.feedback.reasons else ""
     return "\n".join(filter(None, [title, shown, question.message]))
@@ -266,7 +252,7 @@ def _urgent(students: Sequence[Judgement], style: ReportStyle) -> str:
         heads = ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict))
         rows.append(TextRow(heads, _remarks(question, style)))
     count = "1 answer needs a person" if len(rows) == 1 else f"{len(rows)} answers need a person"
-    head = ((f"{count}: not judged, or not readable", COLOURS["review"]),)
+    head = ((f"{count}: not judged, or not readable", STYLES["review"][0]),)
     return block(head, rows, style) if rows else ""
 
 
@@ -301,7 +287,12 @@ def block(head: Sequence[Part], rows: Sequence[TextRow], style: ReportStyle) -> 
 
 def painted(verdict: Verdict) -> Part:
     """A verdict in its colour, as wide as the longest one."""
-    return f"{verdict:{_VERDICT}}", COLOURS[verdict]
+    return verdict.ljust(max(map(len, VERDICTS))), STYLES[verdict][0]
+
+
+def excerpt(answer: str) -> str:
+    """An answer as a table shows it."""
+    return shortened(answer, LONGEST_ANSWER)
 
 
 def counted(verdicts: Mapping[Verdict, int]) -> str:
@@ -324,7 +315,7 @@ def score(earned: Judgement | Judged) -> str:
     return f"{points(earned.score)}/{points(earned.max_score)}"
 
 
-FORMATS: dict[str, Callable[[Students, ReportStyle], Iterator[str]]] = {
+FORMATS: dict[str, Callable[[Iterable[Judgement], ReportStyle], Iterator[str]]] = {
     "table": table,
     "json": _json,
     "csv": _csv,

@@ -18,19 +18,11 @@ from typing import TypeAlias
 
 import orjson
 
-from rigidcli.errors import DocumentError, Problem, printable, shortened
+from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.fields.texts import safe_name
 from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
-from rigidcli.homework.reports.formats import (
-    LONGEST_ANSWER,
-    ReportStyle,
-    block,
-    counted,
-    csv_rows,
-    json_line,
-    painted,
-    score,
-)
+from rigidcli.homework.reports import formats
+from rigidcli.homework.reports.formats import ReportStyle, block, excerpt, json_line, painted
 from rigidcli.homework.spreadsheets import read_own
 from rigidcli.homework.variants import words
 from rigidcli.language.tokens import UNSIGNED
@@ -49,7 +41,6 @@ TABLES = ("{file:", "{csv:")
 """How the answer begins that is a trajectory."""
 
 _NUMBER = re.compile(rf"(?<![A-Za-z_0-9.]){UNSIGNED}(?![A-Za-z_0-9.])")
-
 
 RARE, SHARE_OF_RARE = 3, 40
 """A wrong answer is rare if at most three students gave it, or at most one in forty of a large class."""
@@ -195,7 +186,7 @@ def _same(answer: str) -> str:
 def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """A block for each question: its counts, then the answers that are not right; then who is alike."""
     for tally in tallies:
-        said = [counted(tally.verdicts)]
+        said = [formats.counted(tally.verdicts)]
         said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
         said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
         yield block((), [TextRow(((tally.question, "bold"),), "; ".join(said))], style)
@@ -203,7 +194,7 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
         rows = []
         for taken in tally.answers[:MOST_SHOWN]:
             notes = [" ".join(taken.codes), "no known mistake: the key may be wrong" * taken.suspicious]
-            answer = shortened(taken.answer, LONGEST_ANSWER) + f"  ({taken.values})" * bool(taken.values)
+            answer = excerpt(taken.answer) + f"  ({taken.values})" * bool(taken.values)
             lines = filter(None, [answer, ", ".join(filter(None, notes))])
             heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
             rows.append(TextRow(heads, "\n".join(lines)))
@@ -246,7 +237,7 @@ def csv(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = (
         for answer in [[getattr(each, name) for name in names] for each in tally.answers]
         or [[None] * len(names)]
     )
-    return csv_rows(["question", *VERDICTS, *names, "right", "correlation"], rows, style)
+    return formats.csv_rows(["question", *VERDICTS, *names, "right", "correlation"], rows, style)
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}
@@ -272,11 +263,9 @@ def run_of(path: str | os.PathLike[str]) -> Run:
             entry = orjson.loads(line)
             if entry["schema"] != "rigidcli.check/1":
                 raise ValueError
-            questions = [
-                Judged(each["id"], "", "", "", each["verdict"], each["score"], each["max_score"])
-                for each in entry["questions"]
-            ]
-            run |= _marks([Judgement(entry["student"], "", tuple(questions))])
+            for each in entry["questions"]:
+                question = Judged(each["id"], "", "", "", each["verdict"], each["score"], each["max_score"])
+                run |= _marks([Judgement(entry["student"], "", (question,))])
         except (TypeError, KeyError, ValueError, AttributeError):
             hint = "an old run is what `rigidcli check -f json` has printed"
             message = "not an object of `rigidcli.check/1`"
@@ -286,7 +275,9 @@ def run_of(path: str | os.PathLike[str]) -> Run:
 
 def _marks(judgements: Iterable[Judgement]) -> Run:
     return {
-        (printable(each.student), printable(question.id)): printable(f"{question.verdict} {score(question)}")
+        (printable(each.student), printable(question.id)): printable(
+            f"{question.verdict} {formats.score(question)}"
+        )
         for each in judgements
         for question in each.questions
     }

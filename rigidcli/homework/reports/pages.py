@@ -16,20 +16,11 @@ from statistics import fmean
 from typing import NamedTuple, TypeAlias
 from urllib.parse import quote
 
-from rigidcli.errors import ExpressionError, printable, shortened
+from rigidcli.errors import ExpressionError, printable
 from rigidcli.homework.base import Judged, Judgement, reported
 from rigidcli.homework.judge import Item
-from rigidcli.homework.reports.formats import (
-    LONGEST_ANSWER,
-    ReportStyle,
-    as_one,
-    csv_rows,
-    mean_of,
-    points,
-    score,
-    share,
-    urgent,
-)
+from rigidcli.homework.reports import formats
+from rigidcli.homework.reports.formats import ReportStyle, as_one, excerpt, points, score
 from rigidcli.homework.variants import Values, words
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -40,7 +31,6 @@ LONGEST_NAME = 50
 
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
 """What is set as a formula: more than a word, and no number with its unit."""
-
 
 Solutions: TypeAlias = Mapping[tuple[str, str], str]
 """Solutions on pages, by the names of their questions and the values of variants in words."""
@@ -76,7 +66,7 @@ def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -
         student = reported(judgement, style.feedback)
         body = [
             f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
-            f"{share(student.score, student.max_score)}</strong></p>\n",
+            f"{formats.share(student.score, student.max_score)}</strong></p>\n",
             your_values({name: text for each in student.questions for name, text in each.values.items()}),
             *_answers(student, course.solutions),
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
@@ -185,8 +175,8 @@ def _class(
     students = [reported(judgement, style.feedback) for judgement in judged]
     yield f"<h1>{own(course.title)}</h1>\n"
     if students:
-        yield f"<p>{mean_of(students)}</p>\n"
-        first = [_asked(students[place], links[place], question) for place, question in urgent(students)]
+        yield f"<p>{formats.mean_of(students)}</p>\n"
+        first = [_asked(students[place], links[place], each) for place, each in formats.urgent(students)]
         yield f"<h2>To look at first</h2>\n{_list(first)}" if first else ""
         yield from _scores(judged, links)
     else:
@@ -208,8 +198,7 @@ def _class(
 
 def _asked(student: Judgement, link: str, question: Judged) -> str:
     who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
-    answer = shortened(question.answer, LONGEST_ANSWER)
-    typed = [f"<code>{own(answer)}</code>"] if answer else []
+    typed = [f"<code>{own(excerpt(question.answer))}</code>"] if question.answer else []
     return "<br>".join([who, *typed, *map(own, question.sentences)])
 
 
@@ -234,13 +223,15 @@ def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
 
 
 class Sheet(NamedTuple):
-    """What one student gets: the values of all variants, and the questions with these values."""
+    """What one student gets: the values of all variants, and the questions with these values.
+
+    `about` are the cells of the student in the roster.
+    """
 
     student: str
     values: Mapping[str, str]
     items: Mapping[str, Item]
     about: Sequence[str] = ()
-    """The cells of the student in the roster."""
 
 
 def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]]:
@@ -275,4 +266,4 @@ def sheet_rows(sheets: Sequence[Sheet], header: Sequence[str], style: ReportStyl
         ]
         for sheet in sheets
     )
-    return csv_rows(["student", *header, *names], rows, style)
+    return formats.csv_rows(["student", *header, *names], rows, style)
