@@ -22,16 +22,7 @@ from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, di
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
-from rigidcli.homework.base import (
-    AnswerKind,
-    Judgement,
-    KeySource,
-    Outcome,
-    Progress,
-    Tell,
-    Unreadable,
-    sentence,
-)
+from rigidcli.homework.base import AnswerKind, Judgement, KeySource, Progress, Tell, Unreadable, sentence
 from rigidcli.homework.hand_ins import HandIns, unnamed
 from rigidcli.homework.judge import Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
@@ -55,7 +46,6 @@ NO_ROSTER = (
     "without a --roster, the name of a folder or file decides which values a student has: give the list of "
     "students with which the sheets were made"
 )
-NOT_IN_IT = "this student is not in the roster, and so the values of the questions are unknown"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,21 +83,16 @@ class Prepared:
     ) -> Iterator[Judgement]:
         """Judge what is handed in, in that order, with the scores of a person over those of the program.
 
-        The keys of all students are worked out at once. Nobody knows the values of a student who is not in
-        the roster: a person must look. `tell` gets the notes on files and students. Raises DocumentError
-        where there is no key.
+        The keys of all students are worked out at once. `tell` gets the notes on files and students. Raises
+        DocumentError where there is no key.
         """
-        papers, own = [*handed_in.papers], dict[str, Mapping[str, Item]]()
+        own = None
         if self.variants is not None:
             if roster is None:
                 tell(self.source, [NO_ROSTER])
-            names = {each.student: each.student for each in papers} if roster is None else roster.students
-            own, lost = self.own(names, progress), Outcome.review(NOT_IN_IT)
-            papers = [
-                each if each.student in names else replace(each, outcome=each.outcome or lost)
-                for each in papers
-            ]
-        judgements = run(self.items, papers, jobs, progress, own=own)
+            named = {paper.student: paper.student for paper in handed_in.papers}
+            own = self.own(named if roster is None else roster.students, progress)
+        judgements = run(self.items, handed_in.papers, jobs, progress, own=own)
         judgements = overrides.applied(judgements, tell) if overrides else judgements
 
         def told() -> Iterator[Judgement]:
@@ -120,9 +105,7 @@ class Prepared:
 
         return told()
 
-    def own(
-        self, names: Mapping[str, str], progress: Progress = lambda share: None
-    ) -> dict[str, Mapping[str, Item]]:
+    def own(self, names: Mapping[str, str], progress: Progress) -> dict[str, Mapping[str, Item]]:
         """The questions of students with the values that follow from their `names`, by their labels.
 
         Raises DocumentError where there is no key.

@@ -38,6 +38,7 @@ from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, u
 
 SECONDS = 2.0  # of the processor that one answer may take, so that others have time, too
 LONGEST_ANSWER = 2000  # characters of an answer that reports repeat
+NOT_IN_IT = "this student is not in the roster, and so the values of the questions are unknown"
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,12 +217,18 @@ def run(
 ) -> Iterator[Judgement]:
     """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
 
-    `own` are the questions of students who have others than `items`, by the names of the students.
-    `progress` gets the share that is done. Raises ComputationError where no process can be started.
+    `own` are the questions of each student, by the names of the students, where not all have the same
+    `items`. Nobody knows the questions of a student who is not among them: a person must look. `progress`
+    gets the share that is done. Raises ComputationError where no process can be started.
     """
-    sheets = {"": items, **(own or {})}
+    sheets, lost = {"": items} if own is None else own, Outcome.review(NOT_IN_IT)
+    if own is not None:
+        papers = [
+            paper if paper.student in own else replace(paper, outcome=paper.outcome or lost)
+            for paper in papers
+        ]
     tasks = [
-        (paper.student if paper.student in sheets else "", paper.file)
+        ("" if own is None else paper.student, paper.file)
         for paper in papers
         if paper.file is not None and paper.outcome is None
     ]

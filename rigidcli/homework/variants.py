@@ -76,11 +76,11 @@ class Variants:
         name = unicodedata.normalize("NFKC", student).casefold()
         person = " ".join(sorted(re.findall(r"[^\W_]+", name))) or name
 
-        def drawn(parameter: str) -> int:
-            text = json.dumps([self.seed, parameter, person])
-            return int.from_bytes(sha256(text.encode()).digest(), "big")
-
-        return {name: values[drawn(name) % len(values)] for name, values in self.values.items()}
+        drawn = {}
+        for parameter, values in self.values.items():
+            digest = sha256(json.dumps([self.seed, parameter, person]).encode()).digest()
+            drawn[parameter] = values[int.from_bytes(digest, "big") % len(values)]
+        return drawn
 
     def trials(self) -> list[dict[str, str]]:
         """Three variants for a test of the keys: all first values, all last ones, and those in the middle."""
