@@ -75,13 +75,11 @@ Seen: TypeAlias = dict[tuple[str, str], Judged]
 def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = None) -> Judgement:
     """Judge the text of the answer file at `path`; files that it names are looked for beside it.
 
-    What is `seen` is not judged again: the outcome follows from the question and the answer alone.
+    What is `seen` is not judged again: the outcome follows from the question and the answer alone. Raises
+    Unreadable where the text cannot be read.
     """
     seen = {} if seen is None else seen
-    try:
-        answers, notes = read_answers(text, items)
-    except Unreadable as unreadable:
-        return same_for_all(items, unreadable.outcome)
+    answers, notes = read_answers(text, items)
     if not answers and not notes:
         notes = ["there are no answers in it"]
     questions, files = list[Judged](), set[str]()
