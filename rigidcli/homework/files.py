@@ -29,8 +29,7 @@ MOST_BYTES = 1_000_000
 MOST_FILES = 50_000
 """The most files of an archive that are unpacked, and of a folder whose names are read."""
 
-GRADESCOPE = "submission_metadata.yml"
-"""The list of who has submitted what in Gradescope's export."""
+GRADESCOPE = "submission_metadata.yml"  # the list of who has submitted what in Gradescope's export
 
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -173,19 +172,6 @@ def _listed(folder: Path, path: Path, root: int, way: tuple[str, ...], batch: Ba
     return places
 
 
-def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
-    """Unpack an archive into a folder, note what is left out, and return whether it could be opened."""
-    name = Path(source) if source else path
-    try:
-        for message in unpack(path, folder, bounds):
-            batch.trouble(name, message, is_whole=bool(source) or "too large" not in message)
-    except BROKEN as error:
-        reason = getattr(error, "strerror", None) or printable(str(error))
-        batch.trouble(name, f"cannot be read as a zip: {reason}", is_whole=bool(source))
-        return False
-    return True
-
-
 def _named(places: Sequence[HandedFile]) -> Iterator[HandedFile]:
     """The places with the students whom Gradescope's list names, and without the list.
 
@@ -238,25 +224,29 @@ ELSEWHERE = frozenset("/\\:\0")
 HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
 """Beginnings of names that are ignored: systems add such files to folders and archives."""
 
-_UTF8 = 0x800
-"""The flag of an entry of an archive whose name is in UTF-8."""
+_UTF8 = 0x800  # the flag of an entry whose name is in UTF-8
 
-_DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")
-"""Names that are devices on Windows, with any ending."""
+_DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")  # on Windows, with any ending
 
 BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError, ValueError, EOFError)
 """What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form."""
 
 
-def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
-    """Unpack an archive into a folder. Yields a message for each entry that is left out by itself.
+def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
+    """Unpack an archive into a folder, note what is left out, and return whether it could be opened.
 
-    Where a file and a folder have one name, an answer file stays, or else the folder.
-    Raises one of BROKEN for what is no archive.
+    An archive that is handed in has the name `source`. Where a file and a folder have one name, an answer
+    file stays, or else the folder.
     """
-    left = bounds.bytes
-    folder.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(path) as archive:
+    place, left = Path(source or path), bounds.bytes
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        archive = zipfile.ZipFile(path)
+    except BROKEN as error:
+        reason = getattr(error, "strerror", None) or printable(str(error))
+        batch.trouble(place, f"cannot be read as a zip: {reason}", is_whole=bool(source))
+        return False
+    with archive:
         named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
         named = [(parts, info) for parts, info in named if not any(each.startswith(HIDDEN) for each in parts)]
         answers = {parts for parts, _ in named if parts and is_answer(parts[-1])}
@@ -265,8 +255,9 @@ def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
         named.sort(key=lambda each: each[1].file_size)
         for number, (parts, info) in enumerate(named):
             if number >= bounds.files or left <= 0:
-                yield f"{len(named) - number:,} files are left out: the archive is too large"
-                return
+                message = f"{len(named) - number:,} files are left out: the archive is too large"
+                batch.trouble(place, message, is_whole=bool(source))
+                break
             try:
                 if parts in folders or not answers.isdisjoint(_above(parts)):
                     raise ValueError("a file and a folder have one name")
@@ -283,7 +274,8 @@ def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
                 reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
                 if isinstance(error, OSError | ValueError):
                     reason = getattr(error, "strerror", None) or str(error)
-                yield f"`{shortened(printable('/'.join(parts)))}` is left out: {reason}"
+                batch.trouble(place, f"`{shortened(printable('/'.join(parts)))}` is left out: {reason}")
+    return True
 
 
 def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
