@@ -221,15 +221,12 @@ def _level_apart(places: Collection[HandedFile]) -> int:
     if common and (is_last or any(map(is_answer, here))) and is_few and not has_platform:
         level -= 1
     # Folders that all hold many folders, and nothing else, are sections of the class.
-    while _are_sections(ways, level):
+    while min(map(len, ways)) >= level + 2:
+        within = Counter(way[:-1] for way in {way[: level + 2] for way in ways})
+        if min(within.values()) < LEAST_OF_CLASS:
+            break
         level += 1
     return level if any(len(way) > level for way in ways) else -1
-
-
-def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
-    """Whether all folders of a level hold many folders, and no files."""
-    within = Counter(way[:-1] for way in {way[: level + 2] for way in ways})
-    return min(map(len, ways)) >= level + 2 and min(within.values()) >= LEAST_OF_CLASS
 
 
 # --- which file it is
@@ -283,12 +280,11 @@ def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Pap
     answering = [file for file in answering if file.place.file.name not in named] or answering
     # Where nothing can be read, what has the name of an answer file is judged, and says what is wrong.
     hand_ins = answering or [file for file in candidates if is_answer(file.place.file.name)]
-    owners = latest([file.owner for file in hand_ins])
+    owners = {*latest([file.owner for file in hand_ins])}
     last = [file for file in hand_ins if file.owner in owners]
     earlier = [file.place.file.name for file in hand_ins if file not in last]
-    told.notes.extend(
-        noted(f"handed in again by {printable(student.name)}, and the earlier left out", earlier)
-    )
+    again = f"handed in again by {printable(student.name)}, and the earlier left out"
+    told.notes.extend(noted(again, earlier))
     told.others.extend(file.place for file in student.files if file not in hand_ins)
     apart = {looks[file.place.file].digest or file.place.source: file for file in reversed(last)}
     if len(apart) > 1:

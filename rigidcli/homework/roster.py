@@ -15,11 +15,9 @@ from rigidcli.homework.answers import folded
 from rigidcli.homework.names import Owner, noted, spellings, words_of
 from rigidcli.homework.spreadsheets import read_spreadsheet
 
+# The columns of a student's name, in one or in two, and those of logins and numbers.
 NAMES = ("Student", "LastName", "FirstName")
-"""The columns of a student's name, in one or in two."""
-
 LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
-"""The columns of logins and numbers of a student."""
 
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
 
@@ -244,15 +242,12 @@ def _is_number(word: str) -> bool:
 def _person_of(entries: Sequence[tuple[str, str]]) -> Person | None:
     """The student of some cells; None for Canvas' test student, and where all are empty."""
     cells = tuple((column, cell) for column, text in entries if (cell := printable(text.strip()).lstrip("#")))
-    name = _full_name(dict(reversed(cells)))
     logins = dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind)
-    return Person(name, tuple(logins), cells) if cells and name != TEST_STUDENT else None
-
-
-def _full_name(cells: Mapping[str, str]) -> str:
-    """The name of a student; some lists call the last name `Name`, others have an identifier only."""
-    name, last, first, identifier = (cells.get(key, "") for key in (*NAMES, "Identifier"))
+    first_of = dict(reversed(cells))
+    name, last, first, identifier = (first_of.get(key, "") for key in (*NAMES, "Identifier"))
+    # Some lists call the last name `Name`, others have an identifier only.
     if name and not last and not {*words_of(first)} <= {*words_of(name)}:
         last, name = name, ""
     named = "" if re.search("[0-9@]", identifier) else identifier
-    return name or ", ".join(filter(None, [last, first])) or named
+    name = name or ", ".join(filter(None, [last, first])) or named
+    return Person(name, tuple(logins), cells) if cells and name != TEST_STUDENT else None

@@ -13,6 +13,7 @@ import signal
 import sys
 import time
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import wait
@@ -37,7 +38,6 @@ OUT_OF_MEMORY, TOO_LONG = 103, 104
 """Exit codes of a worker without memory, and of one whose result is too long; nothing else has them."""
 
 _NO_MEMORY = Unreadable("too_large", "it takes too much memory")
-_STOPPED = Unreadable("not_allowed", "the process that judged it was stopped")
 
 ENDS: dict[str | int, Unreadable] = {
     "SIGALRM": Unreadable("timeout"),
@@ -64,12 +64,12 @@ def each(
     """
     workers: list[_Worker] = []
     done: dict[int, Result] = {}
-    begun = finished = 0
+    waiting, finished = deque(enumerate(tasks)), 0
     gc.freeze()  # the collection of garbage leaves alone what is there, so that forks can share it
     try:
         for index in range(len(tasks)):
             while index not in done:
-                while begun < len(tasks) and len(workers) < jobs:
+                while waiting and len(workers) < jobs:
                     try:
                         workers.append(_Worker(work, limits))
                     except OSError as error:
@@ -77,15 +77,13 @@ def each(
                             break  # the system has no room for more
                         message = f"no process can be started: {error.strerror or error}"
                         raise ComputationError(message) from None
-                    workers[-1].give(begun, tasks[begun], limits)
-                    begun += 1
+                    workers[-1].give(*waiting.popleft(), limits)
                 for worker in _ready(workers):
                     done[worker.index], serves = worker.take()
                     finished += 1
                     progress(finished / len(tasks))
-                    if serves and begun < len(tasks):
-                        worker.give(begun, tasks[begun], limits)
-                        begun += 1
+                    if serves and waiting:
+                        worker.give(*waiting.popleft(), limits)
                     else:
                         workers.remove(worker)
                         worker.end()
@@ -128,7 +126,7 @@ class _Worker:
             self._process.join()
             code = self._process.exitcode
             name = next((each.name for each in signal.Signals if each == -code), code)
-            return ENDS.get(name, _STOPPED), False
+            return ENDS.get(name, Unreadable("not_allowed", "the process that judged it was stopped")), False
 
     def end(self) -> None:
         self._process.kill()

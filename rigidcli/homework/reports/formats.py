@@ -38,7 +38,7 @@ STYLES: dict[Verdict, tuple[str, str]] = {
     "invalid": ("red", "error"),
     "missing": ("yellow", "failure"),
 }
-"""The colour of each verdict on a terminal, and its element of JUnit's XML where the answer is not right."""
+"""The colour of each verdict on a terminal, and its element of JUnit's XML; a right answer has none."""
 
 
 @dataclass(frozen=True, slots=True)

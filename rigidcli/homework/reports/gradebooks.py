@@ -26,11 +26,8 @@ ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "
 TOTALS = re.compile(r"(Current|Final) (Score|Points|Grade)|Override (Score|Grade|Status)")
 """Columns that Canvas works out itself."""
 
-POINTS = "Points Possible"
-"""The name of the row with the points that assignments are worth."""
-
-KEPT = frozenset(["EX", "N/A"])
-"""Cells that stay: the student is excused, or does not have the assignment."""
+POINTS = "Points Possible"  # the name of the row with the points that assignments are worth
+KEPT = frozenset(["EX", "N/A"])  # cells that stay: excused, or without this assignment
 
 _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
 """The name of an assignment: its title, and the number that Canvas knows it by."""
