@@ -64,11 +64,6 @@ class HandIns(NamedTuple):
     others: list[HandedFile]
 
 
-class _File(NamedTuple):
-    place: HandedFile
-    owner: Owner
-
-
 class _Look(NamedTuple):
     """Whether a file answers a question, the hash of its text, and the files that it names."""
 
@@ -79,11 +74,11 @@ class _Look(NamedTuple):
 
 @dataclass(slots=True)
 class _Student:
-    """The files of a student, and those of the roster who may be `meant`: one, none, or several by doubt."""
+    """A student's files with their owners, and who of the roster may be `meant`: one, none, or several."""
 
     name: str
     meant: Sequence[str] | None = None
-    files: list[_File] = field(default_factory=list)
+    files: dict[HandedFile, Owner] = field(default_factory=dict)
 
 
 def papers(
@@ -100,7 +95,7 @@ def papers(
     `known` are the names of questions. All files are those of `one` student, if that has a name. Notes call
     the list of students a `listing`.
     """
-    students = [_Student(one, files=[_File(place, Owner("", "")) for place in batch.places])]
+    students = [_Student(one, files=dict.fromkeys(batch.places, Owner("", "")))]
     students = students if one else _students(batch.places, roster)
     looks = _looked_at([_candidates(student.files) for student in students], known, jobs)
     found, unknown, doubtful = HandIns([], [], []), list[str](), list[str]()
@@ -109,10 +104,10 @@ def papers(
         if student.meant and len(student.meant) > 1:
             detail = f"it may be that of {listed(student.meant)}"
             outcome = Unreadable("duplicate_key", detail).outcome
-            paper = Paper(student.name, None, student.files[0].place.source, outcome)
+            paper = Paper(student.name, None, next(iter(student.files)).source, outcome)
             doubtful.append(student.name)
         elif paper and student.meant is not None and not student.meant:
-            if not paper.file and not any(_nature(file.place.file) for file in student.files):
+            if not paper.file and not any(_nature(place.file) for place in student.files):
                 continue  # a text about the course is no hand-in
             unknown.append(student.name)
         found.papers.extend(filter(None, [paper]))
@@ -137,7 +132,7 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
                 meant = [roster.labels[key] for key in sorted(keys)]
                 name = meant[0] if len(meant) == 1 else name
             student = students.setdefault(folded(name), _Student(name, meant))
-            student.files.append(_File(place, owner))
+            student.files[place] = owner
     return [*students.values()]
 
 
@@ -232,20 +227,20 @@ def _level_apart(places: Collection[HandedFile]) -> int:
 # --- which file it is
 
 
-def _candidates(files: Sequence[_File]) -> list[_File]:
+def _candidates(files: Collection[HandedFile]) -> list[HandedFile]:
     """The files of a student that may be the answer file, those of the right names first."""
-    texts = {file: file.place.file.name for file in files if ending(file.place.file.name) not in TABLES}
-    order = {file: (not is_answer(name), len(file.place.way), len(name)) for file, name in texts.items()}
+    texts = {place: place.file.name for place in files if ending(place.file.name) not in TABLES}
+    order = {place: (not is_answer(name), len(place.way), len(name)) for place, name in texts.items()}
     return sorted(texts, key=order.__getitem__)
 
 
 def _looked_at(
-    students: Iterable[Sequence[_File]], known: Collection[str], jobs: int | None
+    students: Iterable[Sequence[HandedFile]], known: Collection[str], jobs: int | None
 ) -> Mapping[Path, _Look]:
     """What is in the files of students who have several, or one without the name of an answer file."""
     tasks = list[tuple[Path, list[str]]]()
     for files in students:
-        paths = [file.place.file for file in files[:MOST_OPENED]]
+        paths = [place.file for place in files[:MOST_OPENED]]
         if len(paths) > 1 or not all(is_answer(path.name) for path in paths):
             for path in paths:
                 beside = [other.name for other in paths if other.parent == path.parent and other != path]
@@ -275,33 +270,33 @@ def _look(known: frozenset[str], task: tuple[Path, Sequence[str]]) -> bytes:
 def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Paper | None:
     """The hand-in of a student, if there is any; `told` gets notes on it, and the files that are none."""
     candidates = _candidates(student.files)
-    answering = [file for file in candidates if looks[file.place.file].answers]
-    named = {name for file in answering for name in looks[file.place.file].names}
-    answering = [file for file in answering if file.place.file.name not in named] or answering
+    answering = [place for place in candidates if looks[place.file].answers]
+    named = {name for place in answering for name in looks[place.file].names}
+    answering = [place for place in answering if place.file.name not in named] or answering
     # Where nothing can be read, what has the name of an answer file is judged, and says what is wrong.
-    hand_ins = answering or [file for file in candidates if is_answer(file.place.file.name)]
-    owners = {*latest([file.owner for file in hand_ins])}
-    last = [file for file in hand_ins if file.owner in owners]
-    earlier = [file.place.file.name for file in hand_ins if file not in last]
+    hand_ins = answering or [place for place in candidates if is_answer(place.file.name)]
+    owners = {*latest([student.files[place] for place in hand_ins])}
+    last = [place for place in hand_ins if student.files[place] in owners]
+    earlier = [place.file.name for place in hand_ins if place not in last]
     again = f"handed in again by {printable(student.name)}, and the earlier left out"
     told.notes.extend(noted(again, earlier))
-    told.others.extend(file.place for file in student.files if file not in hand_ins)
-    apart = {looks[file.place.file].digest or file.place.source: file for file in reversed(last)}
+    told.others.extend(place for place in student.files if place not in hand_ins)
+    apart = {looks[place.file].digest or place.source: place for place in reversed(last)}
     if len(apart) > 1:
-        names = [file.place.short for file in last]
-        detail = f"{len(names)} answer files are this student's: {listed(names)}"
+        detail = f"{len(last)} answer files are this student's: {listed([place.short for place in last])}"
         told.notes.extend(noted("more than one answer file, and none of them judged", [student.name]))
         return Paper(student.name, outcome=Unreadable("duplicate_key", detail).outcome)
-    for place, owner in apart.values():
+    for place in apart.values():
         outcome = Outcome.review(f"read {_told(place)}") if _nature(place.file) else None
-        return Paper(student.name, place.file, place.source, outcome, owner.is_late)
+        return Paper(student.name, place.file, place.source, outcome, student.files[place].is_late)
     # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
-    scans = [file for file in student.files if file.place.way or file in candidates or file.owner.platform]
+    scans = [
+        place for place, owner in student.files.items() if place.way or place in candidates or owner.platform
+    ]
     if not scans:
         return None
-    detail = f"read {', '.join(_told(file.place) for file in scans[:5])}, which answers no question"
-    place, owner = scans[0]
-    return Paper(student.name, None, place.source, Outcome.review(detail), owner.is_late)
+    detail = f"read {', '.join(map(_told, scans[:5]))}, which answers no question"
+    return Paper(student.name, None, scans[0].source, Outcome.review(detail), student.files[scans[0]].is_late)
 
 
 def _told(place: HandedFile) -> str:
