@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import permutations
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,10 +18,6 @@ from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.fields.units import Unit
 from rigidcli.homework.base import KeySource
 from rigidcli.homework.entries import NOISE
-from rigidcli.language.tree import Negative, Node, Number, Product, Sum
-
-if TYPE_CHECKING:
-    from rigidcli.document.document import Document
 
 Arrays: TypeAlias = Iterator[tuple[str, Array]]
 """Codes of mistakes, each with the entries that come out."""
@@ -31,10 +27,7 @@ EYE = np.eye(3, dtype=int)
 OTHER_PRODUCTS = 2 * EYE - 1
 """Factors of the entries of a tensor that give its products of inertia the other sign."""
 
-HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
-
 TENS = tuple(10.0**power for power in range(1, 13))
-"""The factors of slips in a power of ten."""
 
 LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
 """Factors that people forget in a formula."""
@@ -66,36 +59,20 @@ def of_tensor(source: KeySource, tensor: Array) -> Arrays:
     if tensor.dtype == float:
         moments = np.linalg.eigvalsh(tensor)
         yield from (("other_frame", np.diag(moments[order])) for order in orders)
-    if source.document is not None and source.report is not None:
-        tidy = source.document.arithmetic.tidy
-        yield from ((code, tidy(each)) for code, each in _of_document(source, source.document, tensor))
-
-
-def _of_document(source: KeySource, document: Document, tensor: Array) -> Arrays:
-    """The tensor along the document's axes, or turned the wrong way; the parallel-axis theorem misused."""
-    if document.frame is not None:
-        axes = document.physical.axes
-        yield "other_frame", rotate(tensor, axes)
-        yield "other_frame", rotate(tensor, axes @ axes)
-    results = {} if source.report is None else source.report.tree
+    if source.document is None or source.report is None:
+        return
+    tidy, results = source.document.arithmetic.tidy, source.report.tree
+    if source.document.frame is not None:  # along the axes of the document, and turned the wrong way
+        axes = source.document.physical.axes
+        yield "other_frame", tidy(rotate(tensor, axes))
+        yield "other_frame", tidy(rotate(tensor, axes @ axes))
     needed = [results.get(name) for name in ("mass", "center_of_mass", "about", "tensor", "tensor_com")]
     if all(each is not None for each in needed):
         mass, com, about, here, central = map(np.asarray, needed)
         term = mass * point_tensor(about - com)
         about_com = source.path[-1:] == ("tensor_com",)
-        yield "parallel_axis_missing", here if about_com else central
-        yield "parallel_axis_sign", here + term if about_com else central - term
-
-
-# --- formulas
-
-
-def of_energy(kinetic: Node, rest: Node, *, is_lagrangian: bool) -> Iterator[tuple[str, Node]]:
-    """T - V for T + V, and half and twice T."""
-    code = "potential_sign" if is_lagrangian else "lagrangian_or_potential_sign"
-    yield code, Sum((kinetic, Negative(rest)))
-    for factor in (HALF, TWO):
-        yield "kinetic_factor", Sum((Product((factor, kinetic)), rest))
+        yield "parallel_axis_missing", tidy(here if about_com else central)
+        yield "parallel_axis_sign", tidy(here + term if about_com else central - term)
 
 
 # --- factors by which people's numbers are wrong

@@ -17,7 +17,7 @@ import operator
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
@@ -113,10 +113,6 @@ class FormulaComparison:
             return False
         return next((why for why in outcomes if isinstance(why, str)), True)
 
-    def with_values(self) -> FormulaComparison:
-        """The same comparison, with the document's values in place of its parameters."""
-        return replace(self, numbers=True)
-
     def values(self, node: Node, seed: str = "", most: int = len(RANGES)) -> list[Ball | None]:
         """The values of a formula at the first test points of a seed; None where it has no value."""
         from flint import ctx
@@ -152,14 +148,10 @@ class FormulaComparison:
         node = self.names.without_derived(node)
         return tree.bound(node, self.names.values) if self.numbers else node
 
-    @property
-    def positive(self) -> tuple[str, ...]:
-        """The names that are positive."""
-        return tuple(name for name, domain in self.names.domains.items() if domain == "positive")
-
     def exact(self, node: Node) -> Expr:
         """A formula in independent names as an exact expression. Raises ExpressionError."""
-        return from_tree(self.independent(node), {name: symbol(name, True) for name in self.positive})
+        positive = [name for name, domain in self.names.domains.items() if domain == "positive"]
+        return from_tree(self.independent(node), {name: symbol(name, True) for name in positive})
 
 
 def formulas_of(source: KeySource, names: Names, relative: float | None = None) -> FormulaComparison:
@@ -182,8 +174,8 @@ def _outcome(
 
 
 @lru_cache(MOST_KEPT)
-def _expanded(node: Node, positive: Sequence[str]) -> Expr:
-    return expand(from_tree(node, {name: symbol(name, True) for name in positive}))
+def _expanded(formulas: FormulaComparison, node: Node) -> Expr:
+    return expand(formulas.exact(node))
 
 
 class _AtPoint(Enum):
@@ -275,7 +267,7 @@ class _Comparison:
         if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
             return None
         with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return combined(*(_expanded(node, self.formulas.positive) for node in (one, other)))
+            return combined(_expanded(self.formulas, one), _expanded(self.formulas, other))
         return None
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
@@ -290,7 +282,6 @@ class _Comparison:
         With a constant allowed, `states` has two states, and the change between them counts. The difference
         is vague if rounding in the larger state exceeds the value in the smaller one.
         """
-        from flint import arb
 
         def of(place: int) -> Ball:
             return states[0][place] - states[1][place] if len(states) > 1 else states[0][place]
@@ -298,7 +289,7 @@ class _Comparison:
         places = (self.answer, self.key, *self.terms)
         gap = of(self.answer) - of(self.key)
         size = max(abs(of(place).mid()) for place in places)
-        allowed = gap if self.relative is None else gap + arb(0, self.relative * size)
+        allowed = gap if self.relative is None else gap + _arb()(0, self.relative * size)
         if not allowed.contains(0):
             return _AtPoint.DIFFERS
         sizes = [max(abs(state[place].mid()) for place in places) for state in states]
@@ -527,20 +518,18 @@ def _value(kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
             return _raised(detail, *inner)
         case "Constant":
             return _arb().pi()
-        case "Call":
+        case "Call" if detail in _FUNCTIONS:
             return _called(detail, inner)
-    raise Unclear
+    raise Unclear  # a name or a function without a value
 
 
 def _raised(exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
     """A power, whose base must be positive unless the exponent is a whole number."""
-    whole = _whole(raised) if exponent is None else exponent
-    if whole is not None and whole.denominator == 1:
-        power = base ** abs(whole.numerator)
-        return power if whole >= 0 else _inverse(power)
-    if exponent is not None and exponent.denominator == 2:
-        root = _called("sqrt", [base]) ** abs(exponent.numerator)
-        return root if exponent > 0 else _inverse(root)
+    rational = _whole(raised) if exponent is None else exponent
+    if rational is not None and rational.denominator <= 2:
+        root = base if rational.denominator == 1 else _called("sqrt", [base])
+        power = root ** abs(rational.numerator)
+        return power if rational >= 0 else _inverse(power)
     if base < 0:
         raise NoValue
     if base.contains(0):
@@ -615,9 +604,8 @@ def _called(function: str, arguments: list[Ball]) -> Ball:
         return _arb()(0, x.abs_upper().sqrt().abs_upper())
     if function == "sign" and x.contains(0) and not x.is_zero():
         raise Unclear
-    operation = _FUNCTIONS.get(function)
-    value = None if operation is None else operation(*arguments)
-    if value is None or not value.is_finite():  # a function without a formula has no value
+    value = _FUNCTIONS[function](*arguments)
+    if not value.is_finite():
         raise Unclear
     return value
 

@@ -134,8 +134,8 @@ SETS = [(name, place) for name, sets in RIGHT.items() for place in range(len(set
 def states(item: Item) -> list[str]:
     """The names on which a motion depends."""
     key = item.key
-    given = {*key.names.derived, *key.meanings, *key.aliases}
-    return sorted({*key.names.domains, *map(state_of, key.rates)} - given)
+    given = {*key.formulas.names.derived, *key.meanings, *key.aliases}
+    return sorted({*key.formulas.names.domains, *map(state_of, key.rates)} - given)
 
 
 def rearranged(chance: random.Random, item: Item, equations: Sequence[Equation]) -> list[str]:
@@ -147,7 +147,7 @@ def rearranged(chance: random.Random, item: Item, equations: Sequence[Equation])
     factors = ["2", "3/7", "-1", "pi"]
     for name in names:
         factors += [f"exp({name}/3)", f"(1 + {name}^2)", f"cosh({name})", f"1/(2 + cos({name}))"]
-    factors += [name for name in names if item.key.names.domains.get(name) == "positive"]
+    factors += [name for name in names if item.key.formulas.names.domains.get(name) == "positive"]
     order = chance.sample(range(len(equations)), len(equations))
     rows = [{place: "1"} for place in order]
     for _ in range(chance.randrange(4)):
@@ -184,7 +184,7 @@ def value_at(text: str, point: Mapping[str, float]) -> float | None:
 def differs(a: str, b: str, item: Item) -> bool:
     """Whether two expressions are different functions, by single values."""
     chance = random.Random(1)
-    names = {*item.key.names.domains, *item.key.names.derived}
+    names = {*item.key.formulas.names.domains, *item.key.formulas.names.derived}
     for _ in range(20):
         point = {name: chance.uniform(0.3, 1.7) for name in names}
         x, y = value_at(a, point), value_at(b, point)
@@ -423,7 +423,7 @@ def attacked(chance: random.Random, item: Item, equations: Sequence[Equation]) -
     real = [
         n
         for n in states(item)
-        if item.key.names.domains.get(n) == "real" and not n.endswith("dot") and n != "t"
+        if item.key.formulas.names.domains.get(n) == "real" and not n.endswith("dot") and n != "t"
     ]
     name, second = chance.choice(real), chance.choice(real)
     vanishing = (f"({name} - 1/3)", f"sin({name} + 1/7)", f"({name} - {second}/2 + 1)", f"(1 + sign({name}))")

@@ -14,7 +14,7 @@ from rigidcli.homework.kinds.axes import AxesKind
 from rigidcli.homework.kinds.equations import EquationsKind, InvariantsKind
 from rigidcli.homework.kinds.expression import ExpressionKind
 from rigidcli.homework.kinds.single import ChoiceKind, QuantityKind
-from rigidcli.homework.kinds.trajectory import TrajectoryKind
+from rigidcli.homework.kinds.trajectory import BY_DEFAULT, TrajectoryKind
 
 _EVERY: tuple[AnswerKind, ...] = (
     QuantityKind("number"), QuantityKind("quantity"), VectorKind(), MomentsKind(), MatrixKind(), TensorKind(),
@@ -22,7 +22,6 @@ _EVERY: tuple[AnswerKind, ...] = (
 )  # fmt: skip
 
 KINDS = {kind.name: kind for kind in _EVERY}
-"""The kinds of answers by the names that questions have for them."""
 
 KIND_BY_NAME = {
     **{name: name for name in ("axes", "moments", "tensor", "equations", "invariants")},
@@ -32,9 +31,6 @@ KIND_BY_NAME = {
 }
 """Kinds of results by the last name of their path."""
 
-MOTIONS = ("orbit", "trajectory")
-"""Results that are tables in time, but for the turning points of an orbit."""
-
 OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
 """Kinds of answers with symbols, which are compared by values: unknown functions have none."""
 
@@ -42,7 +38,8 @@ OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
 def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
     """The kind of a result; None where it is no single answer."""
     is_scalar = isinstance(value, bool | int | float | str | np.generic)
-    if path[1:2] and path[1] in MOTIONS and path[-1] != "turning_points" and not is_scalar:
+    is_motion = path[1:2] and path[1] in BY_DEFAULT and path[-1] != "turning_points"
+    if is_motion and not is_scalar:
         return "trajectory"
     if path[-1] in KIND_BY_NAME:
         return KIND_BY_NAME[path[-1]]

@@ -149,8 +149,7 @@ class ArrayKind(AnswerKind):
             yield code, replace(key, entries=key.ruler.entries(entries))
 
     def typed(self, key: ArrayKey) -> Tree:
-        typed: Tree = filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
-        return typed
+        return filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
 
 
 def compared(key: ArrayKey, entries: Sequence[Entry]) -> dict[str, Same]:
@@ -418,11 +417,11 @@ class MomentsKind(ArrayKind):
         return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
 
     def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
-        is_report = source.report is not None and source.path[-1] == "moments"
-        tensor = source.report.get("tensor") if source.report is not None and is_report else None
-        if tensor is not None and key.ruler.formulas is None:
-            others = of_tensor(source, np.asarray(tensor, dtype=float))
-            yield from ((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
+        if source.report is None or source.path[-1] != "moments" or key.ruler.formulas is not None:
+            return
+        if (tensor := source.report.get("tensor")) is not None:
+            for code, other in of_tensor(source, np.asarray(tensor, dtype=float)):
+                yield code, np.linalg.eigvalsh(np.asarray(other, dtype=float))
 
     def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Moments may be missing, or too many."""

@@ -24,18 +24,7 @@ from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
-from rigidcli.homework.kinds.arrays import (
-    TensorKind,
-    are_bare,
-    has_unit_length,
-    how_many,
-    matched,
-    numbered,
-    products,
-    require_no_order,
-    row,
-    unit_vectors,
-)
+from rigidcli.homework.kinds import arrays
 from rigidcli.homework.lists import MOST_BRACKETS, closings_of, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
@@ -104,7 +93,7 @@ class AxesKind(AnswerKind):
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(source) if source.report is None else _reported(source)
         if ruler.formulas is not None:
-            require_no_order(source.question)
+            arrays.require_no_order(source.question)
         alone = len(source.path) > 1 and source.path[-1] == "axes"
         solved = _solved(ruler, ruler.entries(usual))
         typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
@@ -115,9 +104,10 @@ class AxesKind(AnswerKind):
         count, width = table.shape
         if not key.alone and width == 3:
             raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
-        moments = key.ruler.read(table[:, :-3].ravel(), numbered("moment", count * (width - 3)))
+        moments = key.ruler.read(table[:, :-3].ravel(), arrays.numbered("moment", count * (width - 3)))
         direction = replace(key.ruler, unit=None)
-        components = direction.read(table[:, -3:].ravel(), np.repeat(numbered("axis", count), 3).tolist())
+        places = np.repeat(arrays.numbered("axis", count), 3).tolist()
+        components = direction.read(table[:, -3:].ravel(), places)
         axes = entries.filled(components, (count, 3)).tolist()
         names = [f"{name}: " for name in shown_as(moments)] or [""] * count
         texts = [f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, axes, strict=True)]
@@ -159,22 +149,19 @@ class _Answer:
             pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
         self.key, self.ruler, self.given = key, key.ruler, pairs
         self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
-        self.units = np.nan_to_num(unit_vectors(self.units.T).T)
+        self.units = np.nan_to_num(arrays.unit_vectors(self.units.T).T)
         # The angle between the axis and the eigenspace of each moment: its tangent is the length of the
         # component outside over that inside.
         squares = (self.units @ key.axes.T) ** 2
         inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
+        moments: Sequence[Entry] = pairs.moments
+        if self.ruler.formulas is not None:
+            at_point = self.ruler.numbers(moments)[:, 0].tolist()
+            moments = [TypedNumber(value, value, 1.0) for value in at_point]
         point = replace(self.ruler, formulas=None, noise=ROUNDING * self.ruler.largest)
-        self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in self._at_point()]
+        self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in moments]
         self.axes = [_without_zeros(axis) for axis in pairs.axes]
-
-    def _at_point(self) -> Sequence[TypedNumber]:
-        if self.ruler.formulas is None:
-            return [each for each in self.given.moments if isinstance(each, TypedNumber)]
-        return [
-            TypedNumber(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()
-        ]
 
     def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
         """Whether a residual of I e and e is zero in symbols; numbers have been compared already."""
@@ -219,7 +206,7 @@ class _Answer:
         """How many pairs are right, by the truths of all, and what is said of the others."""
         worth, findings = 0.0, list[Finding]()
         seen, sound = list[int](), list[int]()
-        partners, has_moments = matched(self.moments), bool(self.given.moments)
+        partners, has_moments = arrays.matched(self.moments), bool(self.given.moments)
         for k, truth in enumerate(truths):
             place = f"axis {k + 1}"
             axis = self.axis(k) if truth is False else truth
@@ -249,13 +236,13 @@ class _Answer:
     def by_rules(self) -> Outcome:
         """The outcome of three right pairs: whether they keep the rules of the question."""
         question, half = self.key.question, 0.5 * bool(self.given.moments)
-        if question.unit == "required" and self.ruler.has_units and are_bare(self.given.moments):
+        if question.unit == "required" and self.ruler.has_units and arrays.are_bare(self.given.moments):
             return Outcome.earning(half, Finding("unit_missing"))
         moments = self.expected()[:, 0] if question.order == "ascending" else ()
         if any(own < before - self.ruler.slack * abs(before) for before, own in pairwise(moments)):
             return Outcome.earning(0.0, Finding("wrong_order"))
         for k, axis in enumerate(self.given.axes if question.normalized == "required" else (), 1):
-            if not has_unit_length(self.ruler, axis):
+            if not arrays.has_unit_length(self.ruler, axis):
                 return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k}"))
         return Outcome.correct()
 
@@ -289,10 +276,10 @@ def _typed(answer: Tree) -> Array:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
     if all(isinstance(axis, str) and not _AXIS.search(axis.strip()) for *_, axis in pairs):
         expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
-        raise Unreadable("wrong_shape", f"read {how_many((len(pairs),))} and no axes, {expected}")
+        raise Unreadable("wrong_shape", f"read {arrays.how_many((len(pairs),))} and no axes, {expected}")
     cells = list[Tree]()
     for k, (*moment, axis) in enumerate(pairs, 1):
-        components = row(read_list(axis))
+        components = arrays.row(read_list(axis))
         if components.shape != (3,):
             detail = f"read {shown(axis)}, expected three components"
             raise Unreadable("wrong_shape", detail, place=f"axis {k}")
@@ -396,16 +383,16 @@ def _reported(source: KeySource) -> tuple[Ruler, Array, Array | None]:
 def _literal(source: KeySource) -> tuple[Ruler, Array, Array | None]:
     """The ruler, the tensor and perhaps the pairs of a literal key. Raises ValueProblem."""
     if isinstance(source.value, dict) and set(source.value) == {"tensor"}:
-        key = TensorKind().key(replace(source, value=source.value["tensor"]))
+        key = arrays.TensorKind().key(replace(source, value=source.value["tensor"]))
         if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
-        ruler, tensor, pairs = key.ruler, key.entries * products(source), None
+        ruler, tensor, pairs = key.ruler, key.entries * arrays.products(source), None
     else:
         table = _typed(source.value)
         if table.shape != (3, 4):
             expected = "expected three pairs of a moment and an axis, or `{tensor: [[..]]}`"
             raise Unreadable("wrong_shape", expected)
-        ruler, typed = entries.literal(source, table, np.repeat(numbered("pair", 3), 4).tolist())
+        ruler, typed = entries.literal(source, table, np.repeat(arrays.numbered("pair", 3), 4).tolist())
         tensor = _tensor_of_pairs(ruler, typed)
         pairs = None if ruler.formulas is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
@@ -421,7 +408,7 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
-    units = unit_vectors(axes.T).T
+    units = arrays.unit_vectors(axes.T).T
     if not np.abs(units @ units.T - np.eye(3)).max() <= RELATIVE:  # also where an axis has no direction
         raise ValueProblem("the axes are not at right angles")
     return np.asarray(units.T * moments @ units)

@@ -64,8 +64,8 @@ class EquationsKind(AnswerKind):
         try:
             key = of_text(source) if source.report is None else of_document(source)
         except Unreadable as unreadable:
-            code = unreadable.findings[0].code
-            raise ValueProblem(f"the equations of the key cannot be read: {code}") from None
+            message = f"the equations of the key cannot be read: {unreadable.findings[0].code}"
+            raise ValueProblem(message) from None
         except ExpressionError as error:
             raise ValueProblem(f"the equations of the key cannot be worked with: {error.message}") from None
         if source.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
@@ -78,7 +78,9 @@ class EquationsKind(AnswerKind):
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         chained: list[Sides] = []
-        sides = read_equations(answer, key.names, of_functions(key), unread, chained, key.is_true)
+        # In `{x: ...}` the key x means xdot (or xddot).
+        tops_of = {re.sub(r"d?dot\Z", "", rate): rate for rate in key.rates}
+        sides = read_equations(answer, key.formulas.names, tops_of, unread, chained, key.is_true)
         shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
         differ = any(key.is_true(member, last) is False for _, member, last in chained)
         findings = [finding for each in unread for finding in each.findings]
@@ -101,12 +103,11 @@ class EquationsKind(AnswerKind):
             return self._complete(key, systems, remarks)
         if best.unclear and not false:
             return Outcome.review(best.unclear, *remarks)
-        with_values = replace(key, formulas=key.formulas.with_values())
-        slips = {True: "number_for_symbol", False: "equation_wrong"}
-        findings = [
-            Finding(slips[bool(key.names.values) and with_values.is_true(left, right) is True], place)
-            for place, left, right in false
-        ]
+        has_values, findings = bool(key.formulas.names.values), list[Finding]()
+        with_values = replace(key, formulas=replace(key.formulas, numbers=True))
+        for place, left, right in false:
+            is_number = has_values and with_values.is_true(left, right) is True
+            findings.append(Finding("number_for_symbol" if is_number else "equation_wrong", place))
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
         # A wrong equation stands in the place of a missing one.
@@ -217,7 +218,7 @@ def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) ->
     rows, unclear = list[list[Expr]](), ""
     for residual in residuals:
         try:
-            e = key.exact(residual)
+            e = key.formulas.exact(residual)
             slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in unknowns]
         except ExpressionError as error:
             unclear = f"the equations cannot be solved for the derivatives: {error.message}"
@@ -264,7 +265,7 @@ def _zeros(key: MotionKey, e: Expr) -> str:
     poles = set[Atom]()
     for node in key.rates.values():
         with suppress(ExpressionError):
-            terms = key.exact(node).terms
+            terms = key.formulas.exact(node).terms
             poles |= {atom for monomial in terms for atom, exponent in monomial if exponent < 0}
     for atom, _ in factored(expand(e))[1]:
         factor = atomic(atom)
@@ -294,11 +295,6 @@ class MotionKey:
     is_hamiltonian: bool = False
     first_order: bool = False
 
-    @property
-    def names(self) -> Names:
-        """The names that an answer may hold."""
-        return self.formulas.names
-
     @cached_property
     def meanings(self) -> dict[str, Node]:
         """The derivatives of all kinds as formulas in the states."""
@@ -310,17 +306,13 @@ class MotionKey:
 
     def change(self, node: Node) -> Node:
         """The time derivative of a formula in the states, by the chain rule."""
-        e = self.exact(node)
+        e = self.formulas.exact(node)
         parts = [derivative(e, "t")]
         for rate, of_state in self.rates.items():
             state = state_of(rate)
             if state in e.names:
-                parts.append(derivative(e, state) * self.exact(of_state))
+                parts.append(derivative(e, state) * self.formulas.exact(of_state))
         return to_tree(total(parts))
-
-    def exact(self, node: Node) -> Expr:
-        """A formula as an exact expression. Raises ExpressionError."""
-        return self.formulas.exact(node)
 
     def values(self, e: Expr) -> list[Ball | None]:
         """The values of an expression, which may hold derivatives, at the test points."""
@@ -328,13 +320,13 @@ class MotionKey:
 
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
-        both = [bound(self.names.without_derived(side), self.meanings) for side in (left, right)]
+        both = [bound(self.formulas.names.without_derived(side), self.meanings) for side in (left, right)]
         if self.formulas.relative is None:
             rates = list(self.rates.values())
             outcome = self.formulas.same(both[0], both[1], beside=rates)
             return outcome if outcome is not True else self.formulas.same(both[1], both[0], beside=rates)
         with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
-            gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
+            gap = to_tree(expand(self.formulas.exact(Sum((left, Negative(right))))))
             both = [to_tree(ZERO), bound(gap, self.meanings)]
         return self.formulas.same(both[0], both[1])
 
@@ -419,11 +411,6 @@ def _aliases(question: Question, functions: Sequence[str]) -> dict[str, Node]:
     return first | {velocity(v): Name(acceleration(q)) for v, q in speeds.items()}
 
 
-def of_functions(key: MotionKey) -> dict[str, str]:
-    """In `{x: ...}` the key x means xdot (or xddot)."""
-    return {re.sub("d?dot\\Z", "", rate): rate for rate in key.rates}
-
-
 def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
     """Pairs (q, p) or (q, v) for which one equation of second order replaces two."""
     listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
@@ -483,7 +470,7 @@ def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
     functions = {state_of(rate) for rate in key.rates}
     turned: dict[str, Node] = {}
     for rate, node in key.rates.items():
-        e = expand(key.exact(node))
+        e = expand(key.formulas.exact(node))
         others = functions - {state_of(rate)}
         crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
         if len(functions) != 3 or not crossed:
@@ -522,7 +509,7 @@ class InvariantsKey:
 
     def rank(self, nodes: Sequence[Node]) -> int:
         """How many quantities are independent: the largest rank of their gradients at the points."""
-        exact = [self.motion.exact(bound(node, self.motion.meanings)) for node in nodes]
+        exact = [self.motion.formulas.exact(bound(node, self.motion.meanings)) for node in nodes]
         states = list(map(state_of, self.motion.rates))
         slopes = [[to_tree(derivative(e, name)) for name in states] for e in exact]
         return len(self.motion.formulas.pivots(slopes)[0])
@@ -555,7 +542,7 @@ class InvariantsKind(AnswerKind):
         if len(cells) > MOST_ENTRIES:
             raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} formulas")
         places = zip(cells, numbered("quantity", len(cells)), strict=True)
-        several = [read_expressions(cell, key.motion.names, place) for cell, place in places]
+        several = [read_expressions(cell, key.motion.formulas.names, place) for cell, place in places]
         nodes = [chosen(readings, key.is_conserved) for readings in several]
         return ReadAnswer(tuple(nodes), "; ".join(map(without_doubt, nodes)))
 

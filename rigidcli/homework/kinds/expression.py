@@ -16,12 +16,12 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ValueProblem
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import Ruler, chosen
-from rigidcli.homework.mistakes import common_factor, of_energy
+from rigidcli.homework.mistakes import common_factor
 from rigidcli.homework.question import OF_FORMULAS, Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
 from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import text, without_doubt
-from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
+from rigidcli.language.tree import ZERO, Name, Negative, Node, Number, Product, Sum, bound, names_in
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -29,7 +29,7 @@ ENERGIES = ("hamiltonian", "lagrangian", "energy")
 FACTOR_ERROR = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
-ZERO = Number("0", 0.0)
+HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +69,11 @@ class ExpressionKind(AnswerKind):
         formulas = formulas_of(source, names, _relative(question.tolerance))
         if all(value is None for value in formulas.values(tree)):
             raise ValueProblem("the key has no value")
-        return FormulaKey(
-            tree,
-            formulas,
-            is_energy and bool(used & names.states) and question.constant == "allowed",
-            rates if is_energy else (),
-            last == "lagrangian" or rates == names.velocities,
-            frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
-        )
+        constant = is_energy and bool(used & names.states) and question.constant == "allowed"
+        is_lagrangian = last == "lagrangian" or rates == names.velocities
+        misplaced = {*names.velocities} - used if in_momenta and rates == names.momenta else ()
+        rates = rates if is_energy else ()
+        return FormulaKey(tree, formulas, constant, rates, is_lagrangian, frozenset(misplaced))
 
     def read(self, key: FormulaKey, answer: Tree) -> ReadAnswer:
         if key.constant and isinstance(answer, str):
@@ -100,11 +97,14 @@ class ExpressionKind(AnswerKind):
         return key.same(value, constant=key.constant) is True
 
     def mistaken(self, source: KeySource, key: FormulaKey) -> Iterator[tuple[str, FormulaKey]]:
-        """The key of the other sign, and an energy with mistakes in its parts."""
+        """The key of the other sign, and of an energy T + V also T - V, T/2 + V and 2 T + V."""
         yield "sign_error", replace(key, tree=Negative(key.tree))
         if parts := _energies(key):
-            others = of_energy(*parts, is_lagrangian=key.is_lagrangian)
-            yield from ((code, replace(key, tree=other)) for code, other in others)
+            kinetic, rest = parts
+            code = "potential_sign" if key.is_lagrangian else "lagrangian_or_potential_sign"
+            yield code, replace(key, tree=Sum((kinetic, Negative(rest))))
+            for factor in (HALF, TWO):
+                yield "kinetic_factor", replace(key, tree=Sum((Product((factor, kinetic)), rest)))
 
     def typed(self, key: FormulaKey) -> Tree:
         return text(key.tree)
@@ -144,7 +144,7 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     names = key.formulas.names
     missing = names_in(names.without_derived(key.tree)) - names_in(names.without_derived(answer))
     if names.values and missing:
-        given = replace(key, formulas=key.formulas.with_values())
+        given = replace(key, formulas=replace(key.formulas, numbers=True))
         if given.same(answer, constant=key.constant) is True:
             return [Finding("number_for_symbol")]
     if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:

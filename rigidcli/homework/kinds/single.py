@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import get_args
@@ -74,13 +73,10 @@ class QuantityKind(AnswerKind):
             raise ValueProblem("the number is beyond the range of SI units")
         is_angle = source.report is not None and unit.dimension == ANGLE
         noise = NOISE * max(beside(source) * unit.scale, is_angle)
-        return NumberKey(
-            0.0 if abs(reference) <= noise else reference,
-            unit,
-            Ruler(question.tolerance, unit, noise=noise),
-            question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE),
-            source.path,
-        )
+        reference = 0.0 if abs(reference) <= noise else reference
+        ruler = Ruler(question.tolerance, unit, noise=noise)
+        needs_unit = question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE)
+        return NumberKey(reference, unit, ruler, needs_unit, path)
 
     def read(self, key: NumberKey, answer: Tree) -> ReadAnswer:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
@@ -104,13 +100,13 @@ class QuantityKind(AnswerKind):
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before or number.remark:
             return taken_back(number.remark)
-
-        def is_equal(others: Sequence[TypedNumber]) -> bool:
-            return any(key.ruler.is_near(each.value, number.value, number.scale) for each in others)
-
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
-            return doubt(number.before, lambda member: read_numbers(member, key.unit), is_equal)
+            return doubt(
+                number.before,
+                lambda member: read_numbers(member, key.unit),
+                lambda others: any(key.ruler.is_near(e.value, number.value, number.scale) for e in others),
+            )
         return ""
 
     def judge(self, key: NumberKey, value: TypedNumber) -> Outcome:
@@ -160,8 +156,7 @@ def _of_misfit(key: NumberKey, number: TypedNumber, detail: str) -> Finding:
 # --- words
 
 
-LONGEST_TEXT = 1000
-"""The most characters of an answer."""
+LONGEST_TEXT = 1000  # characters
 
 TRUTH = {
     **dict.fromkeys(
@@ -171,7 +166,6 @@ TRUTH = {
 }
 
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
-"""What is added in brackets."""
 
 CLASSES = (*get_args(BodyClass), "symmetric")
 """The classes of tops: an answer may add, or leave out, `symmetric top` behind them."""
