@@ -282,13 +282,10 @@ class _Comparison:
         With a constant allowed, `states` has two states, and the change between them counts. The difference
         is vague if rounding in the larger state exceeds the value in the smaller one.
         """
-
-        def of(place: int) -> Ball:
-            return states[0][place] - states[1][place] if len(states) > 1 else states[0][place]
-
+        values = states[0] if len(states) == 1 else [a - b for a, b in zip(*states, strict=True)]
         places = (self.answer, self.key, *self.terms)
-        gap = of(self.answer) - of(self.key)
-        size = max(abs(of(place).mid()) for place in places)
+        gap = values[self.answer] - values[self.key]
+        size = max(abs(values[place].mid()) for place in places)
         allowed = gap if self.relative is None else gap + _arb()(0, self.relative * size)
         if not allowed.contains(0):
             return _AtPoint.DIFFERS

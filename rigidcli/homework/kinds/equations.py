@@ -402,9 +402,8 @@ def _functions(question: Question, used: Collection[str]) -> tuple[str, ...]:
 
 def _aliases(question: Question, functions: Sequence[str]) -> dict[str, Node]:
     """Velocities in other letters, v for xdot and vdot for xddot, unless all are functions of their own."""
-    speeds = {
-        v: q for q, v in zip(question.coordinates, question.velocities, strict=False) if v != velocity(q)
-    }
+    pairs = zip(question.coordinates, question.velocities, strict=False)
+    speeds = {v: q for q, v in pairs if v != velocity(q)}
     if {*speeds} <= {*functions}:
         return {}
     first: dict[str, Node] = {v: Name(velocity(q)) for v, q in speeds.items()}
@@ -445,17 +444,11 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
 
 
 def of_motion(key: MotionKey) -> Iterator[tuple[str, dict[str, Node]]]:
-    """The rates that mistakes change.
-
-    Of Hamilton's equations, q' = -dH/dp or p' = dH/dq. Of others, one equation of the wrong sign or all of
-    them, and cross terms of Euler's equations.
-    """
+    """The rates that mistakes change: signs of Hamilton's equations or of others, Euler's cross terms."""
     turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
     if key.is_hamiltonian:
-        forward, back = (
-            {velocity(name): turned[velocity(name)] for name in names}
-            for names in (key.coordinates, key.momenta)
-        )
+        forward = {rate: turned[rate] for rate in map(velocity, key.coordinates)}
+        back = {rate: turned[rate] for rate in map(velocity, key.momenta)}
         yield from (("hamilton_sign", rates) for rates in (back, forward, {**forward, **back}))
         return
     yield from (("sign_error", {rate: node}) for rate, node in turned.items())

@@ -15,19 +15,11 @@ from rigidcli.core.principal import BodyClass
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.homework import numbers
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_of
 from rigidcli.homework.mistakes import TURN, common_factor
-from rigidcli.homework.numbers import (
-    PURE,
-    TypedNumber,
-    doubt,
-    in_dimension,
-    read_numbers,
-    readings_of,
-    taken_back,
-    with_hint,
-)
+from rigidcli.homework.numbers import PURE, TypedNumber, in_dimension
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import undecorated
 
@@ -60,7 +52,7 @@ class QuantityKind(AnswerKind):
         if source.report is not None:
             value, unit = value_of(source.value), parse_unit(source.unit) if source.unit else PURE
         else:
-            number = readings_of(source.value)[0]
+            number = numbers.readings_of(source.value)[0]
             value, unit = number.typed, number.unit or PURE
             if (question.kind == "quantity") is not bool(unit.text):
                 has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
@@ -80,7 +72,7 @@ class QuantityKind(AnswerKind):
 
     def read(self, key: NumberKey, answer: Tree) -> ReadAnswer:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
-        several = readings_of(answer, key.unit)
+        several = numbers.readings_of(answer, key.unit)
         if key.ruler.tolerance.significant_figures is not None:
             several = [number for number in several if number.mantissa]
             if not several:
@@ -99,12 +91,12 @@ class QuantityKind(AnswerKind):
     def _doubt(self, key: NumberKey, number: TypedNumber) -> str:
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before or number.remark:
-            return taken_back(number.remark)
+            return numbers.taken_back(number.remark)
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
-            return doubt(
+            return numbers.doubt(
                 number.before,
-                lambda member: read_numbers(member, key.unit),
+                lambda member: numbers.read_numbers(member, key.unit),
                 lambda others: any(key.ruler.is_near(e.value, number.value, number.scale) for e in others),
             )
         return ""
@@ -115,7 +107,7 @@ class QuantityKind(AnswerKind):
         except ValueProblem as problem:
             if key.unit is PURE and key.path[:1] == ("hamilton",) and key.is_near(value.value, value.scale):
                 return Outcome.review("the unit of this result is not known")
-            return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
+            return Outcome.earning(0.0, _of_misfit(key, value, numbers.with_hint(problem)))
         is_right = key.is_near(number.value, number.scale)
         if is_right and key.ruler.too_few(number):
             return Outcome.earning(0.0, Finding("too_few_sig_figs"))

@@ -33,7 +33,6 @@ QUATERNION = ["q0", "q1", "q2", "q3"]
 """The components of an orientation, whose common sign has no meaning."""
 
 LEAST_SAMPLES = 11
-"""The fewest rows of a key."""
 
 LONGEST_GAP, MOST_MISSING = 0.1, 0.01
 """The longest gap between two rows of an answer, and the time that may be missing at the end, as shares."""
@@ -256,15 +255,13 @@ def _of_report(source: KeySource) -> tuple[dict[str, TypedColumn], Sequence[str]
     if table is None or source.path[2:] == (TIME,):
         raise ValueProblem("this result is no trajectory", path=("ask",))
     asks = (".".join(source.path[2:]),) if len(source.path) > 2 else BY_DEFAULT[name]
-    keys = [each.key for each in table.columns for _ in each.cells]
-    columns = dict[str, TypedColumn]()
+    beginnings = tuple(f"{ask}." for ask in asks)
+    columns, asked = dict[str, TypedColumn](), list[str]()
     for each in single_cells(table):
         unit = parse_unit(each.unit) if each.unit else None
         columns[each.cells[0]] = TypedColumn(each.cells[0], unit, np.array(each.values))
-    beginnings = tuple(f"{ask}." for ask in asks)
-    return columns, [
-        cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)
-    ]
+        asked += each.cells if f"{each.key}.".startswith(beginnings) else ()
+    return columns, asked
 
 
 def _require_predictable(source: KeySource) -> None:
