@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
-class Ruler:
+class PictureAxis:
     """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
 
     `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
@@ -16,7 +16,7 @@ class Ruler:
     name: str
     symbol: str = ""
     unit: str = ""
-    ticks: tuple[Ruler, ...] = ()
+    ticks: tuple[PictureAxis, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Mark:
 class Panel:
     """Marks along two or three rulers; where it `is_even`, a length is the same in each direction."""
 
-    rulers: tuple[Ruler, ...]
+    rulers: tuple[PictureAxis, ...]
     marks: tuple[Mark, ...]
     title: str = ""
     is_even: bool = False

@@ -380,7 +380,7 @@ def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: b
 
 
 def _along(along: Floats, angle: Floats) -> Floats:
-    """The quaternions (..., 4) from axes a, b, c to axes of which the third is along L.
+    """The quaternions (..., 4) from axes a, b, c to axes whose third is along L.
 
     `along` (..., 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
     rotation is Rz(angle) Rx(theta) Rz(psi), with half angles formed so that a small theta keeps its digits.

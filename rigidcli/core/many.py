@@ -42,7 +42,7 @@ FEWEST_AT_ONCE = 256
 """Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic."""
 
 ONE_OF = 8
-"""One start in so many has a second solution where no digits are told."""
+"""One start in so many has a second solution where results do not show digits."""
 
 MOST_WAITING = 16
 """One start in so many may wait for the others: to take these out of the arrays takes as long as a step."""

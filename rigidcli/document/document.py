@@ -79,9 +79,7 @@ class Document(Section):
     observables: Observables | None = optional(
         "Functions of coordinates, momenta, velocities, t, of H, T, V and of each other, by their names"
     )
-    brackets: Brackets | None = optional(
-        "Pairs of which the Poisson bracket is asked for: [[Lx, Ly], [Lx, H]]"
-    )
+    brackets: Brackets | None = optional("Pairs whose Poisson brackets are asked for: [[Lx, Ly], [Lx, H]]")
     orbit: Orbit | None = None
     equilibrium: Equilibrium | None = optional(
         "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`. In a steady "

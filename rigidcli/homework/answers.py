@@ -233,7 +233,7 @@ class _Entry:
 
 
 def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_Entry], list[str]]:
-    """The entries in lines, of which the first has the number `first`, and notes on lines that are in none.
+    """The entries in lines, and notes on lines that are in none. Lines are counted from `first`.
 
     `names` are those of the questions, the longest first. Raises Unreadable for too many.
     """

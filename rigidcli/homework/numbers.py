@@ -81,7 +81,7 @@ _AGAIN = re.compile(
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
-"""What stands before a value that is told again: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`."""
+"""What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`."""
 
 _TERM = rf"[-+]?{DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")

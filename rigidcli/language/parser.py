@@ -446,7 +446,7 @@ class _Grammar:
         return not self.words.products(name) or self.meets("alias", 2) == 0
 
     def put(self, token: Token, *parts: str) -> None:
-        """Replace the word just passed by its parts, of which the first is the next token."""
+        """Replace the word just passed by its parts; the first of them is the next token."""
         pieces = [
             Token("number" if part[0].isdigit() else "name", part, token.column, token.touches or place > 0)
             for place, part in enumerate(parts)

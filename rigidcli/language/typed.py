@@ -194,7 +194,7 @@ def cut(text: str, between: re.Pattern[str]) -> list[str]:
 
 
 def members(text: str) -> list[str]:
-    """The members of a chain of equalities, of which the first may be a name."""
+    """The members of a chain of equalities. The first may be a name."""
     return cut(text, _EQUALS)
 
 

@@ -216,4 +216,4 @@ QUANTITIES = (
     Notation("3 ms⁻²", ("3 ms^-2", "3 m s^-2"), "fits"),
     Notation("21 rad/s = 201 rpm", ("201 rpm; the members before it must be equal",), "answers only"),
 )
-"""Numbers and units, of which the one that fits the dimension is taken."""
+"""Numbers and units: the reading that fits the dimension is taken."""

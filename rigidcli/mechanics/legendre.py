@@ -11,7 +11,7 @@ Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sect
 there T = v.T.v/2 and a = b. Here no velocity is eliminated by a general solver, and H is not simplified as a
 whole, but coefficient by coefficient.
 
-The energy P.M^-1.P/2 of a block has several forms, of which the shortest is taken: sums of squares by
+The energy P.M^-1.P/2 of a block has several forms. The shortest is taken: sums of squares by
 M = L D L^T; the inverse matrix; and what follows from a kinetic energy that was typed as a sum of squares
 sum_k a_k (w_k.v)^2. Of n squares in n velocities the momenta pi_k with P = W^T pi give sum_k pi_k^2/(4 a_k).
 Of any number of squares in two velocities

@@ -84,7 +84,7 @@ def turning(body: MovingBody, rates: Sequence[Expr]) -> tuple[Expr, Expr, Expr]:
         omega = (phi' sin(theta) sin(psi) + theta' cos(psi), phi' sin(theta) cos(psi) - theta' sin(psi),
                  phi' cos(theta) + psi')
 
-    Where the first two moments are equal, it is told about axes that do not turn by psi, as if psi were 0.
+    Where the first two moments are equal, it is given along axes that do not turn by psi, as if psi were 0.
     Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 4.9.
     """
     _, theta, psi = body.euler

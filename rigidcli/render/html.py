@@ -139,7 +139,7 @@ def _swept(report: Report, look: Look) -> str:
 
 
 def _results_of(report: Report, look: Look) -> Iterator[str]:
-    """The results; of a sweep those of each value, of which the script shows one at a time if they differ."""
+    """The results; of a sweep those of each value. The script shows one value at a time if they differ."""
     each = ["".join(_results(one, look)) for one in report.motions]
     if len(set(each)) < 2:
         yield from each[:1] or (_results(report, look) if report.fields else ())

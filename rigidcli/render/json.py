@@ -29,6 +29,6 @@ def piece(report: Report, look: Look) -> str:
 
 
 def _asked(table: Table, look: Look) -> Table:
-    """A table of data with those quantities of which the look shows at least one column."""
+    """A table of data with the quantities that have at least one column in the look."""
     asked = (column for column in table.columns if {*column.cells} & {*look.columns})
     return replace(table, columns=tuple(asked)) if table.data else table

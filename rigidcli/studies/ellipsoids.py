@@ -10,15 +10,15 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 
 CIRCLE, CIRCLES = 61, 7
 """The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded."""
 
-SPACE = tuple(map(Ruler, "xyz"))
+SPACE = tuple(map(PictureAxis, "xyz"))
 """The directions of space, z upward, for unit vectors."""
 
-ALONG = tuple(Ruler(f"ω{k}", unit="rad/s") for k in "₁₂₃")
+ALONG = tuple(PictureAxis(f"ω{k}", unit="rad/s") for k in "₁₂₃")
 """Components of omega along the principal axes."""
 
 

@@ -142,7 +142,7 @@ def with_start(samples: Table, places: Floats) -> Table:
 
 def swarm(reports: Sequence[Report]) -> Picture:
     """The starts of a system in the plane of its first coordinate and momentum, at four of the times."""
-    from rigidcli.picture import Mark, Panel, Picture, Ruler
+    from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 
     tables = [_samples(report) for report in reports]
     heads = {column.key: column for column in tables[0].columns}
@@ -151,7 +151,7 @@ def swarm(reports: Sequence[Report]) -> Picture:
         np.concatenate([one.values for table in tables for one in table.columns if one.key == key])
         for key in ("t", q, p)
     )
-    rulers = tuple(Ruler(heads[key].cells[0], (heads[key].symbols or ("",))[0]) for key in (q, p))
+    rulers = tuple(PictureAxis(heads[key].cells[0], (heads[key].symbols or ("",))[0]) for key in (q, p))
     times = np.unique(t)
     panels = tuple(
         Panel(

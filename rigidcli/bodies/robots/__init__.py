@@ -146,7 +146,7 @@ def read_robot(text: str, source: str, folder: Path) -> Robot:
 def one_link(path: Path, name: str | None) -> Link:
     """The link of this name that has a mass, or without a name the only one.
 
-    Raises ValueProblem, of which the message begins with the file and the line.
+    Raises ValueProblem. Its message begins with the file and the line.
     """
 
     try:

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.render.values import raised
 from rigidcli.report import Report
 
@@ -161,7 +161,7 @@ def _make_even(axes: Any, panel: Panel) -> None:
         axes.set_box_aspect(1)
 
 
-def _measure(axes: Any, way: str, ruler: Ruler) -> None:
+def _measure(axes: Any, way: str, ruler: PictureAxis) -> None:
     """Label a direction with its symbol and unit, and a power of ten where its numbers ask for one."""
     axis = getattr(axes, f"{way}axis")
     if ruler.ticks:
@@ -181,7 +181,7 @@ def _measure(axes: Any, way: str, ruler: Ruler) -> None:
     axis.set_label_text(f"{_name(ruler)} ({unit})" if unit else _name(ruler))
 
 
-def _name(ruler: Ruler) -> str:
+def _name(ruler: PictureAxis) -> str:
     """The symbol as a formula where there is one, else the plain name."""
     return f"${ruler.symbol}$" if ruler.symbol else ruler.name.replace("$", r"\$")
 

@@ -15,7 +15,7 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.document.document import Document
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.ellipsoids import polhode_picture, semi_axes, trace_picture
@@ -35,7 +35,9 @@ def omega(motion: Trajectory, samples: Table) -> Picture:
             Mark("line", np.column_stack([t.values, turning.values[:, k]]), names[k], style=k) for k in group
         )
         name = ", ".join(names[k] for k in group)
-        panels.append(Panel((Ruler("t", unit=t.unit), Ruler(name, unit=turning.unit)), tuple(marks)))
+        panels.append(
+            Panel((PictureAxis("t", unit=t.unit), PictureAxis(name, unit=turning.unit)), tuple(marks))
+        )
     return Picture("omega", "angular velocity along the axes of the body", tuple(panels))
 
 
@@ -180,7 +182,7 @@ def _ellipsoid(semi_axes: Floats, motion: Trajectory) -> list[Floats]:
 
 
 def _scaled(vectors: Floats, length: float) -> Floats:
-    """Vectors (n, 3), of which the longest is as long as asked; zero vectors stay."""
+    """Vectors (n, 3), scaled so that the longest is as long as asked; zero vectors stay."""
     largest = float(np.hypot.reduce(vectors, axis=1).max())
     return vectors * (length / largest) if largest else vectors
 

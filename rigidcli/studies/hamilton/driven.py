@@ -38,7 +38,7 @@ from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import celled, field_of
 
 MOST_IN_LETTERS = 3
-"""The most coordinates of which the response is written in letters: determinants of more fill a page."""
+"""The most coordinates whose response is written in letters: determinants of more fill a page."""
 
 IN_RESONANCE = 1e-9
 """A rate of the free motion this near to that of the force, in units of it, is the same."""
@@ -55,7 +55,7 @@ class DrivingForce(NamedTuple):
     amplitudes: list[Expr]
 
 
-class Swing(NamedTuple):
+class CoordinateResponse(NamedTuple):
     """The amplitude of a coordinate and its phase (rad); or how much the amplitude grows a second."""
 
     amplitude: Quantity = None
@@ -73,7 +73,7 @@ class Response(NamedTuple):
     force: DrivingForce
     rate: Quantity
     matrix: tuple[Matrix, Matrix]
-    swings: dict[str, Swing]
+    swings: dict[str, CoordinateResponse]
     peak: tuple[Quantity, Quantity] | None = None
 
     @property
@@ -109,7 +109,7 @@ class Driven(NamedTuple):
             if all(swing.amplitude is None and swing.growth is None for swing in one.swings.values()):
                 yield (
                     f"the response X to {one.written} is not written in letters: `response.{place}.matrix` "
-                    "times X is the force; with values for all parameters it is told as numbers"
+                    "times X is the force; with values for all parameters it is given in numbers"
                 )
             if one.peak is not None and isinstance(one.peak[0], Expr) and one.peak[1] is not None:
                 yield f"the driven amplitude has a largest value where {inequality(one.peak[0] ** 2)}"
@@ -245,7 +245,7 @@ def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> lis
             force = found.setdefault(function, DrivingForce(function, rate, [ZERO] * size))
             kept = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
             force.amplitudes[place] += Expr({kept: factor})
-    # Constant forces are told last.
+    # Constant forces come last.
     return sorted(found.values(), key=lambda force: force.function == ONE)
 
 
@@ -265,13 +265,13 @@ def _response(
     real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
     imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
     entries = (*motion.entries, w, *force.amplitudes)
-    swings = dict.fromkeys(names, Swing())
+    swings = dict.fromkeys(names, CoordinateResponse())
     if not document.exact_results and all(e.names <= known.keys() for e in entries):
         swings = _in_numbers(names, motion, force, known)
     elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
         # The amplitude grows by F/(2 m w) a second.
         grown = abs(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
-        swings = {names[0]: Swing(growth=_value(document, tidy(grown)))}
+        swings = {names[0]: CoordinateResponse(growth=_value(document, tidy(grown)))}
     elif len(names) == 1 and not is_zero(imaginary[0][0]):
         swings = {names[0]: _with_damping(document, motion, force, (real[0][0], imaginary[0][0]))}
     elif len(names) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
@@ -285,7 +285,7 @@ def _response(
 
 def _with_damping(
     document: Document, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
-) -> Swing:
+) -> CoordinateResponse:
     """The amplitude f/sqrt(a^2 + b^2) and the phase atan2(b, a) of one coordinate: (a + i b) X = f."""
     (f,), (a, b) = force.amplitudes, pencil
     # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
@@ -294,16 +294,16 @@ def _with_damping(
     lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
     # A negative force is half a turn behind.
     phase = tidy(lag + PI * (1 - apply("sign", f)) / 2)
-    return Swing(_value(document, amplitude), _value(document, phase))
+    return CoordinateResponse(_value(document, amplitude), _value(document, phase))
 
 
-def _without_damping(document: Document, real: Matrix, force: DrivingForce) -> Iterator[Swing]:
+def _without_damping(document: Document, real: Matrix, force: DrivingForce) -> Iterator[CoordinateResponse]:
     """Amplitudes |X| and phases, which are 0 or pi, where X = (K - w^2 M)^-1 f is real."""
     inverse, whole = matrices.inverse(real), matrices.determinant(real)
     for row in inverse or ():
         answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
         side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
-        yield Swing(_value(document, abs(tidy(answer))), _value(document, PI * (1 - side) / 2))
+        yield CoordinateResponse(_value(document, abs(tidy(answer))), _value(document, PI * (1 - side) / 2))
 
 
 def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
@@ -330,7 +330,7 @@ def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, E
 
 def _in_numbers(
     names: Sequence[str], motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]
-) -> dict[str, Swing]:
+) -> dict[str, CoordinateResponse]:
     """Amplitudes and phases, and growth by the modes that have the rate of the force."""
     m, c, k, f = in_numbers(motion, force, values)
     w, size = float(substitute(force.rate, values)), len(names)
@@ -346,15 +346,17 @@ def _in_numbers(
         grown = np.abs(vectors[:, near] @ shares[near])[:size]
         answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
     grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
-    lags, swings = -np.angle(answer) + 0.0, dict[str, Swing]()
+    lags, swings = -np.angle(answer) + 0.0, dict[str, CoordinateResponse]()
     for q, x, lag, rate, up in zip(names, np.abs(answer), lags, grown, grows, strict=True):
         growth = float(rate) if np.isfinite(rate) else None
-        swings[q] = Swing(growth=growth) if up else Swing(float(x), float(lag))
+        swings[q] = CoordinateResponse(growth=growth) if up else CoordinateResponse(float(x), float(lag))
     return swings
 
 
 def _record(one: Response) -> dict[str, Any]:
-    parts = {key: {q: getattr(swing, key) for q, swing in one.swings.items()} for key in Swing._fields}
+    parts = {
+        key: {q: getattr(swing, key) for q, swing in one.swings.items()} for key in CoordinateResponse._fields
+    }
     re, im = ([list(row) for row in part] for part in one.matrix)
     peak = None if one.peak is None else dict(zip(("rate", "amplitude"), one.peak, strict=True))
     about = {"force": one.force.function, "rate": one.rate}

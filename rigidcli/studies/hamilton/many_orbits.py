@@ -48,7 +48,7 @@ class _ManyOrbits(NamedTuple):
     """The equations of orbits that are followed at once, at which `times` they are sampled, and how.
 
     `functions` of the state are sampled, too; the last variables are the integrals of so many `integrands`.
-    The drifts of the `conserved` momenta, and of further `invariants`, are told.
+    The drifts of the `conserved` momenta, and of further `invariants`, are reported.
     """
 
     derivation: Derivation

@@ -68,7 +68,7 @@ ZERO_COORDINATE = 1e-14
 
 NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
-    "with values for all parameters they are told as numbers"
+    "with values for all parameters they are given in numbers"
 )
 """This note stands where there are symbols, and no modes."""
 

@@ -18,7 +18,7 @@ from rigidcli.errors import UsageError
 from rigidcli.language import code
 from rigidcli.language.text import latex_name
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.hamilton import orbit_table
@@ -72,7 +72,7 @@ def path(findings: Findings) -> Picture:
     for index, name in enumerate(names):
         line = places[:, index, shown]
         marks += [Mark(_form(orbit), line, name, style=index), Mark("dots", line[:1], style=index)]
-    rulers = tuple(Ruler("xyz"[axis], unit="m") for axis in shown)
+    rulers = tuple(PictureAxis("xyz"[axis], unit="m") for axis in shown)
     title = "path of the orbit" if len(names) == 1 else "paths of the particles"
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
@@ -125,7 +125,7 @@ def _in_time(
     samples = curve(orbit, values)
     panels = tuple(
         Panel(
-            (Ruler("t", "t", "s"), _ruler(name)),
+            (PictureAxis("t", "t", "s"), _ruler(name)),
             (Mark(_form(orbit), np.column_stack([samples.times, x])),),
         )
         for name, x in zip(names[:MOST_PANELS], values(samples).T, strict=False)
@@ -178,7 +178,7 @@ def modes(findings: Findings) -> Picture:
         rate = float(substitute(root.rate, known) if isinstance(root.rate, Expr) else root.rate)
         kind = "rad/s" if root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
-        panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
+        panels.append(Panel((PictureAxis("", ticks=ticks), PictureAxis("displacement")), tuple(marks), title))
     title = f"normal modes{_of(small.modes, 'modes')}"
     return Picture("modes", title, tuple(panels), _side(len(panels)))
 
@@ -210,7 +210,10 @@ def resonance(findings: Findings) -> Picture:
             marks.append(Mark("line", np.column_stack([w, rows[:-1, place]]), label, style=place))
             marks.append(Mark("dots", np.array([[own, rows[-1, place]]]), style=place))
         panels.append(
-            Panel((Ruler("rate of the force", r"\omega", "rad/s"), Ruler(title, "", unit)), tuple(marks))
+            Panel(
+                (PictureAxis("rate of the force", r"\omega", "rad/s"), PictureAxis(title, "", unit)),
+                tuple(marks),
+            )
         )
     return Picture("resonance", f"response to a force{_of(names, 'coordinates')}", tuple(panels), 2)
 
@@ -225,8 +228,8 @@ def _required(orbit: OrbitSolution | None) -> OrbitSolution:
     return orbit
 
 
-def _ruler(name: str) -> Ruler:
-    return Ruler(name, latex_name(name))
+def _ruler(name: str) -> PictureAxis:
+    return PictureAxis(name, latex_name(name))
 
 
 def _of(shown: Sequence[object], what: str) -> str:

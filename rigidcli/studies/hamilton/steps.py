@@ -227,7 +227,7 @@ PARTS = (
         forces=("", ", plus the power of the forces"),
     ),
 )
-"""The steps that show results, of which the first three lead to H. One without results is left out."""
+"""The steps that show results; the first three lead to H. One without results is left out."""
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:

@@ -20,7 +20,7 @@ from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.fields.environment import Environment
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
 from rigidcli.studies.ellipsoids import ellipsoid as lines_of
@@ -71,7 +71,7 @@ def body(document: Document, is_drawn: bool = True) -> Picture:
     marks.append(Mark("dots", centre[None], "O", style=0))
     if np.linalg.norm(com - centre) > 1e-9 * size:
         marks.append(Mark("dots", com[None], "centre of mass", style=4))
-    rulers = tuple(Ruler(name, unit=unit) for name in "xyz")
+    rulers = tuple(PictureAxis(name, unit=unit) for name in "xyz")
     return Picture("body", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from rigidcli.core.nutation import effective_potential
 from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
-from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.report import Value
 from rigidcli.studies.common import require_values
 from rigidcli.studies.euler import follow, pictures
@@ -37,7 +37,7 @@ def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> 
         Mark("line", level, "energy E", style=1),
         Mark("dots", np.array([[low, energy], [high, energy]]), "turning points", style=1),
     )
-    rulers = Ruler("θ", unit="rad"), Ruler("V_eff", r"V_\mathrm{eff}", unit="J")
+    rulers = PictureAxis("θ", unit="rad"), PictureAxis("V_eff", r"V_\mathrm{eff}", unit="J")
     return Picture("potential", "effective potential of the tilt", (Panel(rulers, marks),))
 
 
