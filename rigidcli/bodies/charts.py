@@ -57,7 +57,7 @@ class Chart:
     """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have an `Arc`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
-    is where the places are seen from, in the shape's own axes. The first `simplex` coordinates add up
+    is where the places are seen from, in the shape's own axes. The last `simplex` coordinates add up
     to 1 at most.
     """
 
@@ -168,20 +168,25 @@ def prism(section: Chart, height: Scalar) -> Chart:
     return tapered(section, height, bottom=-height / 2)
 
 
-def revolved(
-    profile: Chart, n: Arithmetic, quarters: int = 4, stretch: tuple[Scalar, Scalar] = (1, 1)
-) -> Chart:
+def stretched(chart: Chart, a: Scalar, b: Scalar, c: Scalar = 1) -> Chart:
+    """A chart stretched along x, y and z: distances from its axis and its middle are roots now."""
+
+    def place(*units: Any) -> Spot:
+        x, y, z, measure, *_ = chart.place(*units)
+        return Spot(a * x, b * y, c * z, a * b * c * measure)
+
+    return replace(chart, place=place)
+
+
+def revolved(profile: Chart, n: Arithmetic, quarters: int = 4) -> Chart:
     """What a profile in the half plane of x >= 0 and z fills as it turns about z, by right angles.
 
-    Its x is the distance from the axis, and its `r` that from the origin. The body may be stretched.
+    Its x is the distance from the axis, and its `r` that from the origin.
     """
-    a, b = stretch
 
     def place(phi: tuple[Any, Any], *rest: Any) -> Spot:
-        (c, s), flat = phi, profile.place(*rest)
-        is_round = stretch == (1, 1)
-        s_of, r_of = (flat.x, flat.r) if is_round else (None, None)
-        return Spot(a * flat.x * c, b * flat.x * s, flat.z, a * b * flat.x * flat.measure, s_of, r_of)
+        (cos, sin), flat = phi, profile.place(*rest)
+        return Spot(flat.x * cos, flat.x * sin, flat.z, flat.x * flat.measure, flat.x, flat.r)
 
     return Chart((Arc.quarters(quarters, n), *profile.coordinates), place)
 
@@ -191,37 +196,24 @@ def ring(radius: Scalar, n: Arithmetic) -> Chart:
     return revolved(Chart((), lambda: Spot(radius, 0, 0, 1, r=radius)), n)
 
 
-def sector(
-    outer: Scalar,
-    n: Arithmetic,
-    inner: Scalar = 0,
-    quarters: int = 4,
-    stretch: tuple[Scalar, Scalar] = (1, 1),
-) -> Chart:
-    """A disk, an annulus or half a disk (2 quarters) in the plane z = 0, stretched to an ellipse or not."""
+def sector(outer: Scalar, n: Arithmetic, inner: Scalar = 0, quarters: int = 4) -> Chart:
+    """A disk, an annulus or half a disk (2 quarters) in the plane z = 0."""
 
     def place(v: Any) -> Spot:
         radius = inner + (outer - inner) * v
         return Spot(radius, 0, 0, outer - inner, r=radius)
 
-    return revolved(Chart((None,), place), n, quarters, stretch)
+    return revolved(Chart((None,), place), n, quarters)
 
 
-def ball(
-    outer: Scalar,
-    n: Arithmetic,
-    inner: Scalar = 0,
-    quarters: int = 2,
-    stretch: tuple[Scalar, Scalar, Scalar] = (1, 1, 1),
-) -> Chart:
-    """A ball, with a hole or without, or its half z >= 0 (1 quarter from the pole), stretched or not."""
-    a, b, h = stretch
+def ball(outer: Scalar, n: Arithmetic, inner: Scalar = 0, quarters: int = 2) -> Chart:
+    """A ball, with a hole or without, or its half z >= 0 (1 quarter from the pole)."""
 
     def place(theta: tuple[Any, Any], u: Any) -> Spot:
         (cos, sin), rho = theta, inner + (outer - inner) * u
-        return Spot(rho * sin, 0, h * rho * cos, h * (outer - inner) * rho, r=rho if h == 1 else None)
+        return Spot(rho * sin, 0, rho * cos, (outer - inner) * rho, r=rho)
 
-    return revolved(Chart((Arc.quarters(quarters, n), None), place), n, 4, (a, b))
+    return revolved(Chart((Arc.quarters(quarters, n), None), place), n)
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -259,8 +251,7 @@ def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
     """A thin sphere, or its half z >= 0 (1 quarter from the pole)."""
 
     def place(theta: tuple[Any, Any]) -> Spot:
-        cos, sin = theta
-        return Spot(radius * sin, 0, radius * cos, radius, r=radius)
+        return Spot(radius * theta[1], 0, radius * theta[0], radius, r=radius)
 
     return revolved(Chart((Arc.quarters(quarters, n),), place), n)
 
@@ -271,25 +262,18 @@ def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
     return revolved(Chart((None,), lambda u: Spot(radius * u, 0, height * u, slant, r=slant * u)), n)
 
 
-def simplex(vertices: Array, measure: Scalar, n: Arithmetic, height: Scalar | None = None) -> Chart:
+def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
     """A triangle or tetrahedron with these vertices (k by 3, m), and of this area or volume.
 
-    With a `height` it is what a triangle covers when it is moved along z, half of that to either side. In
-    floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
+    In floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
     """
     edges = vertices[1:] - vertices[0]
     count = len(edges)
 
     def place(*units: Any) -> Spot:
         left = [1 if n.exact else math.prod(1 - unit for unit in units[:k]) for k in range(count)]
-        shares = [unit * own for unit, own in zip(units[:count], left, strict=True)]
+        shares = [unit * own for unit, own in zip(units, left, strict=True)]
         x, y, z = (sum(share * part for share, part in zip(shares, parts, strict=True)) for parts in edges.T)
-        area = measure * math.factorial(count) * math.prod(left)
-        return (
-            Spot(x, y, z, area)
-            if height is None
-            else Spot(x, y, height * (2 * units[-1] - 1) / 2, area * height)
-        )
+        return Spot(x, y, z, measure * math.factorial(count) * math.prod(left))
 
-    coordinates = (None,) * (count if height is None else count + 1)
-    return Chart(coordinates, place, vertices[0], count if n.exact else 0)
+    return Chart((None,) * count, place, vertices[0], count if n.exact else 0)

@@ -81,7 +81,7 @@ def _moments(formula: BoundExpression, chart: Chart, allowance: Allowance) -> It
 
     The coordinates have names that no document can give. Raises ExpressionError where a term has no integral.
     """
-    turns = chart.coordinates
+    turns, shared = chart.coordinates, len(chart.coordinates) - chart.simplex
     names = [(f"u{k}'",) if turn is None else (f"cos{k}'", f"sin{k}'") for k, turn in enumerate(turns)]
     symbols: list[Any] = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
 
@@ -90,7 +90,7 @@ def _moments(formula: BoundExpression, chart: Chart, allowance: Allowance) -> It
         turn, own = turns[k], names[k]
         if turn is not None:
             return _over_turn(turn, own, factors)
-        return expand(_over_line(own[0], 1 - total(symbols[:k]) if k < chart.simplex else ONE, factors))
+        return expand(_over_line(own[0], 1 - total(symbols[shared:k]) if k >= shared else ONE, factors))
 
     def integral(e: Expr) -> Expr:
         for k, own in reversed([*enumerate(names)]):

@@ -107,7 +107,7 @@ def half_disk(n: Arithmetic, radius: Length) -> Figure:
 def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
     return Figure(
         lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
-        lambda: [charts.sector(1, n, stretch=(a, b))],
+        lambda: [charts.stretched(charts.sector(1, n), a, b)],
         lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 <= 1,
     )
 
@@ -158,8 +158,9 @@ def _prism(section: Figure, height: Scalar) -> Figure:
     """What a flat shape or a curve covers when it is moved along z, half of the height to each side."""
 
     def geometry() -> Geometry:
-        measure, centre, (xx, yy, _) = section.geometry()
-        return Geometry(measure * height, centre, [xx, yy, height**2 / 12])
+        measure, centre, second = section.geometry()
+        flat = np.diag(second) if isinstance(second, list) else second
+        return Geometry(measure * height, centre, flat + np.diag([0, 0, height**2 / 12]))
 
     inside = section.contains
     return Figure(
@@ -226,7 +227,7 @@ def ellipsoid(n: Arithmetic, semi_axes: Size3) -> Figure:
     a, b, c = semi_axes
     return Figure(
         lambda: Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5]),
-        lambda: [charts.ball(1, n, stretch=semi_axes)],
+        lambda: [charts.stretched(charts.ball(1, n), a, b, c)],
         lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2 <= 1,
     )
 
@@ -270,13 +271,7 @@ def pyramid(n: Arithmetic, base: Size2, height: Length) -> Figure:
 
 def hemisphere(n: Arithmetic, radius: Length) -> Figure:
     """A solid half ball bulging to +z; origin at the centre of the flat face."""
-    R = radius
-    second = [R**2 / 5, R**2 / 5, 19 * R**2 / 320]
-    return Figure(
-        lambda: Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second),
-        lambda: [charts.ball(R, n, quarters=1)],
-        lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= 0),
-    )
+    return spherical_cap(n, radius, radius)._replace(charts=lambda: [charts.ball(radius, n, quarters=1)])
 
 
 def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
@@ -335,29 +330,17 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
 def prism(n: Arithmetic, vertices: solids.FlatOutline, height: Length) -> Figure:
     """A prism on a polygon in x and y, half of its height to each side; a wedge is that of a triangle."""
 
-    def geometry() -> Geometry:
-        measure, centre, second = solids.polygon(n.array(vertices), n)
-        return Geometry(measure * height, centre, second + n.array(np.diag([0, 0, 1])) * (height**2 / 12))
-
-    def parts() -> list[charts.Chart]:
-        triangles, areas = solids.triangles(n.array(vertices), n)
-        return [charts.simplex(*part, n, height) for part in zip(triangles, areas, strict=True)]
-
-    def contains(x: Floats, y: Floats, z: Floats) -> Mask:
-        return solids.in_polygon(np.array(vertices, dtype=np.float64)[:, :2], x, y) & (abs(z) <= height / 2)
-
-    return Figure(geometry, parts, contains)
+    outline = polygon(n, vertices)._replace(
+        contains=lambda x, y, z: solids.in_polygon(np.array(vertices, dtype=np.float64)[:, :2], x, y)
+    )
+    return _prism(outline, height)
 
 
 def tetrahedron(n: Arithmetic, vertices: solids.Tetrahedron) -> Figure:
     """A tetrahedron, its vertices as given."""
-
-    def corners() -> Floats:
-        return np.array(vertices, dtype=np.float64)
-
     return Figure(
         **_simplex(n, vertices),
-        contains=lambda x, y, z: solids.in_simplex(corners(), np.stack([x, y, z])),
+        contains=lambda *points: solids.in_simplex(np.array(vertices, dtype=np.float64), np.stack(points)),
     )
 
 

@@ -213,7 +213,7 @@ def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmet
         Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Arc)
     ]
     units = [name for name, turn in limits if not isinstance(turn, Arc)]
-    few = "" if chart.simplex == len(units) else f" {' and '.join(units[: chart.simplex])}"
+    few = "" if chart.simplex == len(units) else f" {' and '.join(units[-chart.simplex :])}"
     simplex = f",{few} together at most 1" if chart.simplex else ""
     ends = f"{', '.join(units)} from 0 to 1{simplex}" if units else "with an angle"
     places = zip("xyz", n.tidy(n.array(place)), strict=True)
