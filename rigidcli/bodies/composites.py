@@ -14,7 +14,6 @@ from rigidcli.bodies import holes
 from rigidcli.bodies.bodies import Body
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shapes import Shape
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar, half_unit
@@ -254,6 +253,8 @@ class RobotLink(Form):
     @model_validator(mode="after")
     def _look(self, info: ValidationInfo) -> Self:
         """Raise ValueProblem, which names the file and the line, where there is no such link, or no body."""
+        from rigidcli.bodies.robot_formats import one_link  # with expat
+
         with at("robot"):
             link = one_link(self.robot, self.link)
             try:

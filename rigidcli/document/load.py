@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
-from rigidcli.bodies.robots import is_robot, listed, read_robot
+from rigidcli.bodies.robots import is_robot, listed
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
@@ -67,8 +67,7 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     # The name of a file may contain bytes that are not text.
     source = os.fsencode(name).decode(errors="backslashreplace")
     folder = "" if name == STDIN else os.path.dirname(name)  # noqa: PTH120 - a Path takes ten times as long
-    form = body_form(name)
-    if form is not None:
+    if (form := body_form(name)) is not None:
         tree = {"body": {form: pathlib.PurePath(name).name}}
         return Drafts([Draft(source, tree, folder=folder, form=form, **options)], ())
     text = read_text(name, source)
@@ -83,10 +82,11 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
 
 def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
     """Drafts of the links that have a mass or a problem. Raises DocumentError where `text` is not a robot."""
+    from rigidcli.bodies.robot_formats import read_robot  # with expat
+
     robot = read_robot(text, source, pathlib.Path(folder))
     if len(robot.links) > MOST_LINKS:
-        problem = f"there are {len(robot.links):,} links, expected at most {MOST_LINKS:,}"
-        raise DocumentError([Problem(source, problem)])
+        raise DocumentError([Problem(source, f"{len(robot.links):,} links, expected at most {MOST_LINKS:,}")])
     links, without = [], dict[str, list[str]]()
     for link in robot.links:
         if link.without:

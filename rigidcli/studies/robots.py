@@ -92,19 +92,19 @@ def remarks(link: Link, document: Document) -> list[Problem]:
 
 def uncompared(links: Sequence[Link]) -> list[str]:
     """A note that names the links whose geometry cannot be read at all."""
-    names = [link.name for link in links if link.geometry and not any(part.body for part in link.geometry)]
+    names = [link.name for link in links if link.geometry and not any(body for _, body in link.geometry)]
     return [f"not compared with their geometry, which is not read here: {listed(names)}"] if names else []
 
 
 def _forms(link: Link) -> list[LinkGeometry]:
     """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
     roles: dict[str, list[tuple[MassProperties, Floats] | None]] = {}
-    for part in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
+    for role, body in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
         found = None
         with suppress(ValidationError, RigidError):
-            form = Composite.model_validate({"parts": [part.body]}, context=Environment())
+            form = Composite.model_validate({"parts": [body]}, context=Environment())
             found = form.properties(FLOAT), np.hstack([leaf.points() for leaf in form.leaves(FLOAT)])
-        roles.setdefault(part.role, []).append(found)
+        roles.setdefault(role, []).append(found)
     forms = []
     for role, parts in roles.items():
         bodies = [found for found in parts if found is not None]

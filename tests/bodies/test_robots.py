@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import random
 import re
 import time
@@ -17,7 +16,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.bodies.robots import READERS, elements
 from rigidcli.document.load import Drafts, robot_drafts
 from rigidcli.document.load import read as read_draft
 from rigidcli.errors import RigidError
@@ -75,15 +73,6 @@ def agree(result: Any, text: str, name: str = "l") -> None:
     assert result["mass"] == pytest.approx(mass, rel=1e-15)
     np.testing.assert_allclose(result["center_of_mass"], centre, atol=1e-15)
     np.testing.assert_allclose(result["tensor_com"], tensor, atol=2e-15)
-
-
-def test_every_root_has_a_reader() -> None:
-    folder = Path(elements.__file__).parent
-    readers = [name.split(".") for name in READERS.values()]
-    modules = {module for module, _ in readers}
-    assert {path.stem for path in folder.glob("*.py")} - {"__init__", "elements"} == modules
-    for module, reader in readers:
-        assert callable(getattr(importlib.import_module(f"rigidcli.bodies.robots.{module}"), reader))
 
 
 finite = st.floats(-3, 3).map(lambda value: round(value, 3))

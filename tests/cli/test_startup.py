@@ -96,7 +96,7 @@ print(json.dumps(after))
     files = {
         "mesh_files",
         "molecules",
-        "robots.elements",
+        "robot_formats",
         "surfaces",
     }
     files = {f"rigidcli.bodies.{name}" for name in files} | {"pyexpat"}

@@ -129,7 +129,7 @@ def _form(document: Document) -> Form | None:
     link = document.draft.link
     if link is None:
         return document.body
-    parts = [part.body for part in link.geometry if part.body and part.role == link.geometry[0].role]
+    parts = [body for role, body in link.geometry if body and role == link.geometry[0][0]]
     with suppress(ValidationError, RigidError):
         return Composite.model_validate({"parts": parts}, context=Environment())
     return None

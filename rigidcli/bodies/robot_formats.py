@@ -1,0 +1,541 @@
+"""Robots in URDF, of ROS, in SDF, of Gazebo, and in MJCF, of MuJoCo: XML -> elements -> links.
+
+The tensor of an `<inertial>` is about the centre of mass, which is the origin of its frame, along the axes
+of that frame; products of inertia are entries of the tensor, -sum m x y. `<origin>` in URDF and `<pose>` in
+SDF have a position, and roll, pitch and yaw about fixed axes. In SDF values stand in elements. In MJCF there
+is `diaginertia` along axes that are turned, or `fullinertia` along those of the body, M11 M22 M33 M12 M13
+M23. What MuJoCo infers or changes is not worked out here: a body without an `<inertial>` has no result, and a
+file that lets MuJoCo change what is written is refused.
+
+A document type is refused as soon as it begins, and with it every entity that a file may define: those that
+grow without bound as well as those that name other files. Depth and count are bounded here, the size of a
+text where it is read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any, ClassVar
+from xml.parsers import expat
+
+import numpy as np
+
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight, listed
+from rigidcli.errors import DocumentError, Problem, ValueProblem, shortened, shown
+from rigidcli.fields.texts import read_text
+from rigidcli.language.tokens import NUMERAL
+
+MAX_DEPTH = 100
+"""The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty."""
+
+MAX_ELEMENTS = 15_000
+"""The most elements of a file: the largest robots have some 4,000."""
+
+MOST_DIGITS, LARGEST = 400, 1e100
+"""The most characters of a number, and the largest one: its square is still a float."""
+
+_NUMBER = re.compile(NUMERAL)
+
+TEMPLATE = "this is a template: `xacro FILE > robot.urdf` fills it in"
+"""What to do with a file that has macros of ROS in it."""
+
+
+@dataclass(slots=True)
+class Element:
+    """An element: its `tag`, attributes, children, the pieces of text in it, and where it begins."""
+
+    tag: str
+    attributes: dict[str, str]
+    source: str
+    line: int
+    children: list[Element] = field(default_factory=list)
+    pieces: list[str] = field(default_factory=list)
+
+    def find(self, tag: str) -> Element | None:
+        """The first child of this tag."""
+        return next(self.all(tag), None)
+
+    def all(self, *tags: str) -> Iterator[Element]:
+        """The children of these tags."""
+        return (child for child in self.children if child.tag in tags)
+
+    def below(self) -> Iterator[Element]:
+        """The element and all that it contains, at any depth, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.below()
+
+    def is_true(self, attribute: str) -> bool:
+        """Whether an attribute says yes."""
+        return self.attributes.get(attribute, "").strip() in ("true", "1")
+
+    def value(self, key: str) -> str | None:
+        """The text under a key: of an attribute, as in URDF and MJCF, or in a child, as in SDF."""
+        child = self.find(key)
+        return self.attributes.get(key, None if child is None else "".join(child.pieces).strip() or None)
+
+    def numbers(self, key: str, count: int, default: str | None = None) -> list[Any]:
+        """The `count` numbers under a key, digit by digit; without it those of the `default`.
+
+        Raises DocumentError for anything else than numbers that are separated by blanks.
+        """
+        text, expected = self.value(key), "a number" if count == 1 else f"{count} numbers"
+        text = default if text is None else text
+        if text is None:
+            raise self.refusal(f"`<{self.tag}>` has no `{key}`, expected {expected}")
+        words = text.split()
+        bad = any(len(word) > MOST_DIGITS or _NUMBER.fullmatch(word) is None for word in words)
+        large = not bad and any(abs(float(word)) > LARGEST for word in words)
+        if not bad and not large and len(words) == count:
+            return [Decimal(word) for word in words]
+        hint = None
+        if "${" in text or "$(" in text:
+            hint = TEMPLATE
+        elif bad and "," in text:
+            hint = "numbers are separated by blanks, and the sign in a decimal is a point"
+        elif large:
+            hint = f"no number of a robot is larger than {LARGEST:g}"
+        message = f"`{key}` of `<{self.tag}>`: read {shown(text)}, expected {expected}"
+        raise (self.find(key) or self).refusal(message, hint)
+
+    def refusal(self, message: str, hint: str | None = None) -> DocumentError:
+        """The refusal of the file for a problem at the line of the element."""
+        return DocumentError([Problem(self.source, message, self.line, hint=hint)])
+
+
+def read_elements(text: str, source: str) -> Element:
+    """The root of the elements in `text`. Raises DocumentError for bad syntax and for what is not safe."""
+    root = Element("", {}, source, 1)
+    way, count = [root], 0
+    # The text is UTF-8 whatever its first line says, which spoke of the file that it was read from.
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        element = Element(tag, attributes, source, parser.CurrentLineNumber)
+        count += 1
+        if count > MAX_ELEMENTS:
+            raise element.refusal(f"more than {MAX_ELEMENTS:,} elements")
+        if len(way) > MAX_DEPTH:
+            raise element.refusal(f"nested more than {MAX_DEPTH} deep")
+        way[-1].children.append(element)
+        way.append(element)
+
+    def doctype(name: str, *where: object) -> None:
+        message = f"read the document type {shown(name)}, expected none: it may define entities"
+        hint = "leave out `<!DOCTYPE ...>` with all that it defines"
+        raise Element("", {}, source, parser.CurrentLineNumber).refusal(message, hint)
+
+    parser.StartElementHandler, parser.StartDoctypeDeclHandler = start, doctype
+    parser.EndElementHandler = lambda tag: way.pop()
+    parser.CharacterDataHandler = lambda text: way[-1].pieces.append(text)
+    try:
+        parser.Parse(text.encode(errors="surrogatepass"), True)
+    except expat.ExpatError as error:
+        words, hint = expat.errors.messages[error.code], None
+        if words == expat.errors.XML_ERROR_MISPLACED_XML_PI:
+            hint = "`<?xml ...?>` stands at the very beginning of a file, before comments and blanks"
+        message = f"not XML: {words} in column {error.offset + 1}"
+        raise Element("", {}, source, error.lineno).refusal(message, hint) from None
+    return root.children[0]  # expat refuses a text without an element
+
+
+def _placed(position: Sequence[Any], **turn: Any) -> Body:
+    """A frame at a position, with the `rotation` or `axis` that turns it; nothing where it does not move."""
+    return {"position": list(position), **turn} if any(position) else turn
+
+
+def _turned(roll_pitch_yaw: Sequence[Any], unit: str = "") -> Body:
+    return {"rotation": {"rpy": _angles(roll_pitch_yaw, unit)}} if any(roll_pitch_yaw) else {}
+
+
+def _angles(values: Sequence[Any], unit: str) -> list[Any]:
+    """Angles in a `unit`, or in rad."""
+    return [f"{value} {unit}" if unit else value for value in values]
+
+
+# --- URDF
+
+ROUND = {"radius": ("radius", 1), "height": ("length", 1)}
+SHAPES = {
+    "box": {"size": ("size", 3)},
+    "ellipsoid": {"semi_axes": ("radii", 3)},
+    "sphere": {"radius": ("radius", 1)},
+    "cylinder": ROUND,
+    "capsule": ROUND,
+}
+"""The dimensions of shapes, with their names in the files and the count of their numbers."""
+
+LARGEST_MESH = 20_000_000
+"""The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
+
+
+def read_urdf(root: Element, folder: Path) -> Robot:
+    """The links of the robot. Macros are not filled in, which is noted."""
+    macro = next((child for child in root.children if child.tag.startswith("xacro:")), None)
+    notes = [] if macro is None else [f"`<{macro.tag[:40]}>` in line {macro.line}: {TEMPLATE}"]
+    urdf = _Urdf(folder)
+    return Robot([urdf.link(link, link.attributes.get("name", "")) for link in root.all("link")], notes)
+
+
+@dataclass(frozen=True)
+class _Urdf:
+    """How the parts of a link are written; files of meshes are below a `folder`.
+
+    `PLACE` is the tag of a frame, and `NOTHING` the reason why a link without `<inertial>` has no mass.
+    """
+
+    PLACE: ClassVar = "origin"
+    NOTHING: ClassVar = NO_MASS
+
+    folder: Path
+
+    def frame(self, part: Element, link: Element) -> Body:
+        origin = part.find("origin")
+        if origin is None:
+            return {}
+        return _placed(origin.numbers("xyz", 3, "0 0 0"), **_turned(origin.numbers("rpy", 3, "0 0 0")))
+
+    def mass(self, inertial: Element) -> Any:
+        mass = inertial.find("mass")
+        return 0 if mass is None else mass.numbers("value", 1)[0]
+
+    def moments(self, inertial: Element) -> list[Any]:
+        entries = inertial.find("inertia")
+        if entries is None:
+            raise inertial.refusal("there is a mass and no `<inertia>`, expected its tensor")
+        moments = [entries.numbers(key.lower(), 1)[0] for key in ENTRIES]
+        for key, number in zip(ENTRIES, moments, strict=True):
+            other = f"i{key[2]}{key[1]}"
+            if entries.numbers(other, 1, str(number))[0] != number:
+                read = f"`{key.lower()}` is {number} and `{other}` is {entries.value(other)}"
+                raise entries.refusal(f"{read}, expected one number, as a tensor is symmetric")
+        return moments
+
+    def weight(self, link: Element) -> Weight:
+        inertial = link.find("inertial")
+        if inertial is None:
+            return self.NOTHING
+        mass, frame = self.mass(inertial), self.frame(inertial, link)
+        if not mass:
+            return NO_MASS
+        places = {"mass": "mass", "inertia": "inertia", "position": self.PLACE, "rotation": self.PLACE}
+        elements = {key: inertial.find(tag) for key, tag in places.items()}
+        lines = {key: element.line for key, element in elements.items() if element is not None}
+        inertia = dict(zip(ENTRIES, self.moments(inertial), strict=True))
+        return {"mass": mass, "inertia": inertia, **frame}, lines
+
+    def link(self, element: Element, name: str) -> Link:
+        """A link. Geometry that cannot be read is like that of unknown volume."""
+        geometry = []
+        for part in element.all("visual", "collision"):
+            body = None
+            with suppress(DocumentError):
+                body = self._form(part, element)
+            geometry.append((part.tag, body))
+        link = Link(name, element.source, element.line, geometry=geometry)
+        return link.weighed(lambda: self.weight(element))
+
+    def _form(self, part: Element, link: Element) -> Body | None:
+        frame, geometry = self.frame(part, link), part.find("geometry")
+        if geometry is None or not geometry.children:
+            return None
+        form = geometry.children[0]
+        if form.tag == "mesh":
+            return self._mesh(form, frame)
+        if form.tag not in SHAPES:
+            return None
+        sizes = {ours: form.numbers(*theirs) for ours, theirs in SHAPES[form.tag].items()}
+        plain = {key: values[0] if len(values) == 1 else values for key, values in sizes.items()}
+        return {"shape": form.tag, "density": 1, **plain, **frame}
+
+    def _mesh(self, form: Element, frame: Body) -> Body | None:
+        """A mesh of density 1 in a frame.
+
+        `package://` and the like stand for the folder of the robot, or for what is above the next name. None
+        where there is no such file, or a very large one, where another library would have to read it, once
+        for each link, and where the scales along x, y and z differ.
+        """
+        from rigidcli.bodies.mesh_files import OWN
+
+        name, scale = form.value("filename") or form.value("uri") or "", form.numbers("scale", 3, "1 1 1")
+        rest = re.sub(r"^\w+://", "", name)
+        for guess in (rest, rest.partition("/")[2]) if Path(name).suffix.lower() in OWN else ():
+            path = self.folder / guess
+            with suppress(OSError, ValueError):  # no file has such a name
+                inside = path.resolve().is_relative_to(self.folder.resolve())
+                if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
+                    return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
+        return None
+
+
+# --- SDF
+
+NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
+"""The entries of a tensor (kg m^2) that SDF takes where they are not given."""
+
+
+def read_sdf(root: Element, folder: Path) -> Robot:
+    """The links of all models; where there are several models, with the names of these before them."""
+    elements = list(_in_models(root, (), "link"))
+    several, sdf, links = len({scope for scope, _ in elements}) > 1, _Sdf(folder), []
+    for scope, element in elements:
+        name = element.attributes.get("name", "")
+        links.append(sdf.link(element, "::".join([*scope, name]) if name and several else name))
+    notes = [f"`<include>` in line {one.line} is not followed" for _, one in _in_models(root, (), "include")]
+    notes += [
+        f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
+        for link in links
+        if link.body is not None and not {"mass", "inertia"} <= link.lines.keys()
+    ]
+    return Robot(links, notes)
+
+
+def _in_models(
+    parent: Element, scope: tuple[str, ...], tag: str
+) -> Iterator[tuple[tuple[str, ...], Element]]:
+    """The elements of this tag in all models, with the names of the models about them."""
+    for child in parent.children:
+        if child.tag == tag:
+            yield scope, child
+        elif child.tag == "world":
+            yield from _in_models(child, scope, tag)
+        elif child.tag == "model":
+            yield from _in_models(child, (*scope, child.attributes.get("name", "")), tag)
+
+
+class _Sdf(_Urdf):
+    """The parts of a link in SDF: the same, with the numbers of a frame in one line."""
+
+    PLACE = "pose"
+    NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
+
+    def frame(self, part: Element, link: Element) -> Body:
+        pose = part.find("pose")
+        if pose is None:
+            return {}
+        seen_from = pose.attributes.get("relative_to", pose.attributes.get("frame", ""))  # in older files
+        if seen_from not in ("", link.attributes.get("name")):
+            raise pose.refusal(f"`relative_to` is {shown(seen_from)}, expected the frame of the link")
+        if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+            *position, x, y, z, w = part.numbers("pose", 7, "0 0 0 0 0 0 1")
+            return _placed(position, rotation={"quaternion": [w, x, y, z]})
+        values = part.numbers("pose", 6, "0 0 0 0 0 0")
+        return _placed(values[:3], **_turned(values[3:], "deg" if pose.is_true("degrees") else ""))
+
+    def mass(self, inertial: Element) -> Any:
+        return inertial.numbers("mass", 1, "1")[0]
+
+    def moments(self, inertial: Element) -> list[Any]:
+        entries = inertial.find("inertia") or inertial
+        return [entries.numbers(key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
+
+    def weight(self, link: Element) -> Weight:
+        inertial = link.find("inertial")
+        if inertial is not None and inertial.is_true("auto"):
+            return "no mass that is written: its simulator infers it from the collisions"
+        return super().weight(link)
+
+
+# --- MJCF
+
+SAVED = (
+    'MuJoCo writes what it made of a file: put `<compiler saveinertial="true"/>` into it, '
+    'and run `mujoco.mj_saveLastXML("saved.xml", mujoco.MjModel.from_xml_path(FILE))`'
+)
+"""How to come to a file that is read here. Without that setting MuJoCo 4 saves no `<inertial>` at all."""
+
+ROUNDED = 1e-12
+"""The relative error of a principal moment that is worked out from `fullinertia`."""
+
+REPEATING = ("attach", "composite", "flexcomp", "replicate")
+"""Elements from which MuJoCo makes bodies that are not written in the file."""
+
+WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+"""The attributes that turn a frame, at most one of which may stand, and how many numbers they have."""
+
+
+def read_mjcf(root: Element, folder: Path) -> Robot:
+    """The bodies, without the world. Raises DocumentError where MuJoCo changes what is written."""
+    compiler, notes = dict[str, str](), list[str]()
+    for element in root.below():
+        if element.tag == "include":
+            raise element.refusal("`<include>` is not read", SAVED)
+        if element.tag in REPEATING:
+            notes.append(f"bodies that `<{element.tag}>` in line {element.line} makes are left out")
+    for element in root.all("compiler"):
+        _require_as_written(element, root)
+        compiler |= element.attributes
+    names, links = Counter[str](), []
+    for body in (element for world in root.all("worldbody") for element in world.below()):
+        if body.tag == "body":
+            name = body.attributes.get("name") or f"body in line {body.line}"
+            names[name] += 1
+            if "name" not in body.attributes and names[name] > 1:
+                name = f"{name}, number {names[name]}"
+            links.append(Link(name, body.source, body.line).weighed(partial(_weight, body, compiler)))
+    return Robot(links, notes, SAVED)
+
+
+def _require_as_written(compiler: Element, root: Element) -> None:
+    """Raise DocumentError for a setting by which masses and tensors are not as they are written.
+
+    A bound that no `<inertial>` is below changes nothing; MuJoCo keeps it in the files that it saves.
+    """
+    given = compiler.attributes
+    changing = [key for key in ("inertiafromgeom", "balanceinertia") if given.get(key) == "true"]
+    if compiler.numbers("settotalmass", 1, "0")[0] > 0:
+        changing.append("settotalmass")
+    bounds = {key: float(compiler.numbers(key, 1, "0")[0]) for key in ("boundmass", "boundinertia")}
+    for element in root.below() if any(bound > 0 for bound in bounds.values()) else ():
+        if element.tag == "inertial":
+            xx, yy, zz, xy, xz, yz = map(float, _moments(element))
+            least = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[0] * (1 + ROUNDED)
+            written = {"boundmass": float(element.numbers("mass", 1)[0]), "boundinertia": least}
+            changing += [key for key, bound in bounds.items() if written[key] < bound]
+    for key in changing:
+        raise compiler.refusal(
+            f"`{key}` lets MuJoCo change masses and tensors, expected them as they are written", SAVED
+        )
+
+
+def _moments(element: Element) -> list[Any]:
+    """M11 M22 M33 M12 M13 M23 of an `<inertial>` (kg m^2). Raises DocumentError."""
+    given = [key for key in ("diaginertia", "fullinertia") if key in element.attributes]
+    if len(given) != 1:
+        message = "expected one of `diaginertia` and `fullinertia`"
+        raise element.refusal(f"{message}, read {'both' if given else 'none of them'}")
+    if given == ["diaginertia"]:
+        return [*element.numbers("diaginertia", 3), 0, 0, 0]
+    if element.attributes.keys() & WAYS:
+        message = "`fullinertia` is along the axes of the body, expected no orientation beside it"
+        raise element.refusal(message)
+    return element.numbers("fullinertia", 6)
+
+
+def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
+    element = body.find("inertial")
+    for other in body.all("frame") if element is None else ():
+        if other.find("inertial") is not None:
+            message = "an `<inertial>` in a `<frame>` is not read, expected it in the body itself"
+            raise other.refusal(message, SAVED)
+    if element is None:
+        return "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
+    (mass,) = element.numbers("mass", 1)
+    if not mass:
+        return NO_MASS
+    frame = _placed(element.numbers("pos", 3), **_turn(element, compiler))
+    xx, yy, zz, xy, xz, yz = _moments(element)
+    lines = dict.fromkeys(("mass", "inertia", "position"), element.line)
+    inertia = dict(zip(ENTRIES, (xx, xy, xz, yy, yz, zz), strict=True))
+    return {"mass": mass, "inertia": inertia, **frame}, lines
+
+
+def _turn(element: Element, compiler: Mapping[str, str]) -> Body:
+    ways = [way for way in WAYS if way in element.attributes]
+    if len(ways) > 1:
+        message = f"`{ways[0]}` and `{ways[1]}` both turn `<{element.tag}>`, expected one of them"
+        raise element.refusal(message)
+    if not ways:
+        return {}
+    values = element.numbers(ways[0], WAYS[ways[0]])
+    unit = "" if compiler.get("angle") == "radian" else "deg"
+    match ways[0]:
+        case "zaxis":
+            return {"axis": values}
+        case "quat":
+            return {"rotation": {"quaternion": values}}
+        case "axisangle":
+            return {"rotation": {"axis": values[:3], "angle": _angles(values[3:], unit)[0]}}
+        case "euler":
+            letters = compiler.get("eulerseq", "xyz")
+            if len(letters) != 3 or not set(letters.lower()) <= set("xyz"):
+                raise element.refusal(f"`eulerseq` is {shown(letters)}, expected three of x, y, z, X, Y, Z")
+            # A capital is an axis that stays: its turn comes before all turns so far.
+            order = [k for k in (2, 1, 0) if letters[k].isupper()]
+            order += [k for k in range(3) if letters[k].islower()]
+            angles = _angles([values[k] for k in order], unit)
+            return {"rotation": {"euler": angles, "sequence": "".join(letters[k].lower() for k in order)}}
+        case _:
+            x, y = np.array(values, dtype=np.float64).reshape(2, 3)
+            axes, lengths = np.linalg.qr(np.array([x, y]).T)
+            if not abs(lengths[0, 0] * lengths[1, 1]) > 1e-12 * (x @ x + y @ y):
+                read = shown(element.attributes["xyaxes"])
+                raise element.refusal(f"`xyaxes`: read {read}, expected two directions")
+            x, y = (axes * np.sign(lengths.diagonal())).T
+            return {"rotation": {"matrix": np.array([x, y, np.cross(x, y)]).T.tolist()}}
+
+
+READERS: dict[str, Callable[[Element, Path], Robot]] = {
+    "robot": read_urdf,
+    "sdf": read_sdf,
+    "mujoco": read_mjcf,
+}
+"""The functions that read a file, by the tag of its root."""
+
+
+@lru_cache(maxsize=4)  # for documents that have one of its links each
+def read_robot(text: str, source: str, folder: Path) -> Robot:
+    """The links of the robot in `text`; the root of the file tells its format, as some end in `.xml` alike.
+
+    Numbers are decimals, digit by digit; files that are named are looked for below `folder`. Raises
+    DocumentError for what is no robot. What is wrong with one link is the problem of that link.
+    """
+    root = read_elements(text, source)
+    if root.tag not in READERS:
+        expected = "a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
+        raise root.refusal(f"read `<{root.tag[:40]}>`, expected {expected}")
+    robot = READERS[root.tag](root, folder)
+    if not robot.links:
+        raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
+    return robot._replace(links=_named_once(robot.links))
+
+
+def _named_once(links: Sequence[Link]) -> list[Link]:
+    """The links; one without a name, or with that of another one, has a problem."""
+    named, first = [], dict[str, int]()
+    for link in links:
+        name = shortened(link.name)
+        message = "" if name else "missing, expected a `name` of the link"
+        if name in first:
+            message = f"this name stands twice, first in line {first[name]}"
+        first.setdefault(name, link.line)
+        problem = link.problem
+        if message and problem is None:
+            problem = Problem(link.source, message, link.line, f"link {name}".rstrip())
+        named.append(link._replace(name=name, problem=problem))
+    return named
+
+
+def one_link(path: Path, name: str | None) -> Link:
+    """The link of this name that has a mass, or without a name the only one.
+
+    Raises ValueProblem. Its message begins with the file and the line.
+    """
+    try:
+        robot = read_robot(read_text(str(path), str(path)), str(path), path.parent)
+    except DocumentError as error:
+        raise _as_value(error.problems[0]) from None
+    links = robot.links
+    named = [link for link in links if (not link.without if name is None else link.name == name)]
+    if len(named) == 1 and not named[0].without:
+        if named[0].problem is not None:
+            raise _as_value(named[0].problem)
+        return named[0]
+    if named and name is not None:
+        raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}", hint=robot.cure)
+    weighed = listed([link.name for link in links if not link.without])
+    read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
+    raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")
+
+
+def _as_value(problem: Problem) -> ValueProblem:
+    return ValueProblem(str(replace(problem, hint=None)), hint=problem.hint)

@@ -1,0 +1,82 @@
+"""Robots as links, whatever simulator their file was written for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
+
+from rigidcli.errors import DocumentError, Problem
+from rigidcli.fields.texts import ending
+
+ENDINGS = (".urdf", ".sdf", ".world", ".xml", ".xacro")
+"""How the names of robot descriptions end."""
+
+Body: TypeAlias = dict[str, Any]
+"""A form of body, as the section `body` of a document has it."""
+
+Weight: TypeAlias = tuple[Body, Mapping[str, int]] | str
+"""The mass and the tensor of a link, as a body, and their lines; or the reason why a link has none."""
+
+ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+"""The entries of a tensor, in the order in which URDF and SDF write them."""
+
+LISTED = 20
+"""The most links that a message lists."""
+
+NO_MASS = "no mass"
+"""Why a link has no mass properties, in most cases."""
+
+
+class Link(NamedTuple):
+    """A link: its name, where it is, and its mass properties as a document's body.
+
+    `body` has a mass and a tensor about the centre of mass, at a `position` and turned by a `rotation` in the
+    axes of the link. A link that has none is `without` it for a reason, or has a `problem`. `lines` are those
+    of the mass, the tensor and so on. `geometry` is what the link looks like or collides with: for each part
+    its role and a body of density 1 in the axes of the link, None where its volume is not known.
+    """
+
+    name: str
+    source: str
+    line: int
+    body: Body | None = None
+    lines: Mapping[str, int] = {}
+    geometry: Sequence[tuple[str, Body | None]] = ()
+    without: str = ""
+    problem: Problem | None = None
+
+    def line_of(self, key: str) -> int:
+        """The line of the mass, the tensor or the position; of the tensor where that is not given."""
+        return self.lines.get(key, self.lines.get("inertia", self.line))
+
+    def weighed(self, read: Callable[[], Weight]) -> Link:
+        """The link with what `read` gives, or with the problem that reading has."""
+        try:
+            weight = read()
+        except DocumentError as error:
+            (problem,) = error.problems
+            return self._replace(problem=replace(problem, key=f"link {self.name}"))
+        if isinstance(weight, str):
+            return self._replace(without=weight)
+        body, lines = weight
+        return self._replace(body=body, lines=lines)
+
+
+class Robot(NamedTuple):
+    """The links of a file, what is to be said of it as a whole, and a `cure` where no link has a mass."""
+
+    links: Sequence[Link]
+    notes: Sequence[str] = ()
+    cure: str | None = None
+
+
+def listed(names: Sequence[str]) -> str:
+    """The names of links, as many as a message has room for."""
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more
+
+
+def is_robot(path: str) -> bool:
+    """Whether a file has the name of a robot description."""
+    return ending(path) in ENDINGS
