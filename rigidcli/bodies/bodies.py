@@ -40,8 +40,7 @@ def _loaded(key: str) -> type[Form]:
     return form
 
 
-FORMS = MadeWhenAsked(tuple(_CLASSES), _loaded)
-"""The forms besides the shapes, by the key that tells them."""
+FORMS = MadeWhenAsked(tuple(_CLASSES), _loaded)  # the forms besides the shapes, by the key that tells them
 
 
 def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:
@@ -140,10 +139,10 @@ class _AnyForm(SectionChoice):
         return read
 
 
+# Marks a field that takes a body of any form.
 BODY = _AnyForm(
     by_key(MadeWhenAsked(("shape", *FORMS), lambda key: Form if key == "shape" else FORMS[key])).choose,
     lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())),
 )
-"""Marks a field that takes a body of any form."""
 
 Body: TypeAlias = Annotated[Form, BODY]

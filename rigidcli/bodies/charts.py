@@ -17,11 +17,9 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 
-FACES_OF_RIGHT_ANGLE = 8
-"""Faces along a right angle: 32 round a circle look round, and make a light file."""
-
+FACES_OF_RIGHT_ANGLE = 8  # faces along a right angle: 32 round a circle look round, and make a light file
+# A face of less than this share of the largest is an edge or a point of the shape, but for rounding.
 LEAST_FACE = 1e-12
-"""A face of less than this share of the largest is an edge or a point of the shape, but for rounding."""
 
 
 class Arc(NamedTuple):

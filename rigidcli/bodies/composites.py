@@ -28,15 +28,12 @@ from rigidcli.fields.section import (
     reference,
 )
 
+# How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded.
 SYMMETRY_TOLERANCE = 1e-9
-"""How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
-
-
+# The least radius of gyration (m): that of a proton is 1e-15, of a molecule 1e-10.
 SMALLEST, POINT = 1e-14, "taken as a point mass"
-"""The least radius of gyration (m): that of a proton is 1e-15, of a molecule 1e-10."""
-
+# The least mass in a cube of the radius of gyration (kg/m^3): a thousandth of the density of air.
 THINNEST = 1e-3
-"""The least mass in a cube of the radius of gyration (kg/m^3): a thousandth of the density of air."""
 
 
 class TensorEntries(Section):

@@ -22,44 +22,26 @@ from rigidcli.core.arithmetic import EPS, Floats, Mask
 
 Indices: TypeAlias = NDArray[np.intp]
 
+# Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign.
 Function: TypeAlias = Callable[[Floats], Floats]
-"""Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign."""
-
+# The relative error that is small enough after so many points; it grows as the square of their number.
 ERROR_AT_FIRST, FIRST_POINTS = 3e-13, 40_000
-"""The relative error that is small enough after so many points; it grows as the square of their number."""
-
+# An integral with a larger relative error after so many points is given up.
 HOPELESS_ERROR, POINTS_BEFORE_GIVING_UP = 0.01, 600_000
-"""An integral with a larger relative error after so many points is given up."""
-
-MOST_POINTS = 2_400_000
-"""The most points of an integral, which take some seconds."""
-
-NODES_OF_SIDE = 8
-"""Gauss's nodes along each side of a box in the first run; the second run has one more."""
-
+MOST_POINTS = 2_400_000  # the most points of an integral, which take some seconds
+NODES_OF_SIDE = 8  # Gauss's nodes along each side of a box in the first run; the second run has one more
+# Gauss's nodes on each piece of a line in the first run, and the number of points that a line costs.
 NODES_OF_PIECE, COST_OF_LINE = 18, 50
-"""Gauss's nodes on each piece of a line in the first run, and the number of points that a line costs."""
-
+# Places along a line at which kinks are looked for, in each run: different, so that few pass by both.
 LOOKS_ALONG_LINE = (15, 18)
-"""Places along a line at which kinks are looked for, in each run: different, so that few pass by both."""
-
-POINTS_AT_ONCE = 30_000
-"""The most points worked at a time, which bounds the memory."""
-
-SHORTEST = 1e-13
-"""The shortest side of a box and piece of a line: below it is the rounding of a place."""
-
+POINTS_AT_ONCE = 30_000  # the most points worked at a time, which bounds the memory
+SHORTEST = 1e-13  # the shortest side of a box and piece of a line: below it is the rounding of a place
+# The fraction of a box's error indicator that its halves inherit, as they may miss what it saw. Where the
+# function is smooth, its highest coefficients fall by 2^-8.
 INHERITED = 1e-3
-"""The fraction of a box's error indicator that its halves inherit, as they may miss what it saw.
-
-Where the function is smooth, its highest coefficients fall by 2^-8.
-"""
-
+# The longest sides of boxes that hold a peak, and of their neighbours: shorter than peaks that count.
 SIDE_AT_PEAK, SIDE_BESIDE_PEAK = 1e-7, 1e-2
-"""The longest sides of boxes that hold a peak, and of their neighbours: shorter than peaks that count."""
-
-AT_ONCE = 1e200
-"""The error indicator of boxes at a peak, which are halved before all others."""
+AT_ONCE = 1e200  # the error indicator of boxes at a peak, which are halved before all others
 
 
 class Peak(NamedTuple):

@@ -21,23 +21,17 @@ from rigidcli.fields.section import environment
 if TYPE_CHECKING:
     from rigidcli.language.tree import Node
 
+# What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|.
 VARIABLES = ("x", "y", "z", "r", "s")
-"""What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
-
+# Bare densities between these are those of gases in kg/m^3, and of solids and liquids in g/cm^3.
 GAS, HEAVY = 0.5, 25.0
-"""Bare densities between these are those of gases in kg/m^3, and of solids and liquids in g/cm^3."""
-
+# Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open.
 MOST_STEPS = 10_000
-"""Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open."""
-
+# What the reference says of a density.
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
-"""What the reference says of a density."""
-
-NEGATIVE = 1e-12
-"""How far below zero a density may come by rounding, in units of its largest value."""
-
+NEGATIVE = 1e-12  # how far below zero a density may come by rounding, in units of its largest value
+# The factors of moments among 1, x, y, z: the mass comes first, then the moments of x, y, z, x^2, xy.
 FIRST, SECOND = np.triu_indices(4)
-"""The factors of moments among 1, x, y, z: the mass comes first, then the moments of x, y, z, x^2, xy."""
 
 
 @dataclass(frozen=True)

@@ -27,17 +27,11 @@ from rigidcli.core.tensor import from_second_moments
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.fields.environment import BoundExpression
 
-MAX_STEPS = 400_000
-"""Steps in multiplying out all ten integrands: about two seconds."""
-
-HIGHEST_POWER = 200
-"""The highest power of a sine or cosine that is integrated, by as many steps."""
-
+MAX_STEPS = 400_000  # steps in multiplying out all ten integrands: about two seconds
+HIGHEST_POWER = 200  # the highest power of a sine or cosine that is integrated, by as many steps
+# Functions with another form on either side of the place where their argument vanishes.
 SIDED = ("abs", "sign")
-"""Functions with another form on either side of the place where their argument vanishes."""
-
-Factors: TypeAlias = Sequence[tuple[Atom, Rational]]
-"""A product of powers of atoms."""
+Factors: TypeAlias = Sequence[tuple[Atom, Rational]]  # a product of powers of atoms
 
 
 def exact_properties(formula: BoundExpression, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:

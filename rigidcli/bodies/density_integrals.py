@@ -34,41 +34,24 @@ from rigidcli.language.expression import array
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_files import Checked
 
+# Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
 POINTS_OF_NET = 13
-"""Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid."""
-
-SEARCHES_FROM_NET = 8
-"""Points of the net from which the least value is searched for, by halved steps."""
-
-SEARCHES_FOR_RIDGE = 100
-"""Searches from random places for a ridge: one may miss it, hardly all."""
-
+SEARCHES_FROM_NET = 8  # points of the net from which the least value is searched for, by halved steps
+SEARCHES_FOR_RIDGE = 100  # searches from random places for a ridge: one may miss it, hardly all
+# A box has missed a ridge where the density is this many times that at the nodes of the box.
 UNSEEN_RISE = 1.5
-"""A box has missed a ridge where the density is this many times that at the nodes of the box."""
-
+# The quantile of the heights on a net that counts as the usual height of a function with ridges.
 USUAL_QUANTILE = 0.95
-"""The quantile of the heights on a net that counts as the usual height of a function with ridges."""
-
-RISE_OF_PEAK = 5.0
-"""A function has a peak where it is this many times its usual height."""
-
+RISE_OF_PEAK = 5.0  # a function has a peak where it is this many times its usual height
+# The last step of a search for the least value of a polynomial, which is then right to 1e-12.
 LAST_STEP_OF_POLYNOMIAL = 1e-6
-"""The last step of a search for the least value of a polynomial, which is then right to 1e-12."""
-
-STEP_FROM_POINT = 1e-6
-"""How far beside a point without a value a density is looked at, in units of the box."""
-
+STEP_FROM_POINT = 1e-6  # how far beside a point without a value a density is looked at, in units of the box
+# The highest degree of a polynomial for which a product rule is small: 23 by 46 by 38 nodes in a ball.
 HIGHEST_DEGREE = 30
-"""The highest degree of a polynomial for which a product rule is small: 23 by 46 by 38 nodes in a ball."""
-
+# The most points at which a polynomial is worked out in a mesh, which takes some three seconds.
 MOST_POINTS = 50_000_000
-"""The most points at which a polynomial is worked out in a mesh, which takes some three seconds."""
-
-KINKED = ("abs", "sign", "atan2")
-"""Functions that have a kink or a jump where their argument is zero."""
-
-WORST_ERROR = 1e-4
-"""The largest relative error that an answer may have."""
+KINKED = ("abs", "sign", "atan2")  # functions that have a kink or a jump where their argument is zero
+WORST_ERROR = 1e-4  # the largest relative error that an answer may have
 
 
 def integrated(

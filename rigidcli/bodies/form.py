@@ -19,8 +19,7 @@ from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.quantities import Angle, AsList, Direction, Number, Vector3
 from rigidcli.fields.section import Section, Title, by_key, environment
 
-LIKE_FLOATS = 1e-9
-"""A matrix that is a rotation to within this has the digits of floats, and needs no note."""
+LIKE_FLOATS = 1e-9  # a matrix that is a rotation to within this has the digits of floats, and needs no note
 
 
 class Turn(Section):

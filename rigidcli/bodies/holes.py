@@ -23,11 +23,10 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import BoundExpression
 
+# The most shapes of a composite that are compared with each other, which takes a tenth of a second.
 MOST_COMPARED = 100
-"""The most shapes of a composite that are compared with each other, which takes a tenth of a second."""
-
+# How much denser than its body a hole may be, in units of its own density: given masses are rounded.
 DENSER_THAN_BODY = 0.01
-"""How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,48 +32,36 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.texts import opened
 from rigidcli.language.tokens import NUMERAL
 
+# Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles.
 HEADER_BYTES = 84
-"""Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles."""
-
+# A triangle of a binary STL file. The normal is not used: it follows from the sense of the vertices.
 FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
-"""A triangle of a binary STL file. The normal is not used: it follows from the sense of the vertices."""
-
+# The memory that an STL file and one of words may need, in units of the size: words are short.
 FACETS, WORDS = 6, 80
-"""The memory that an STL file and one of words may need, in units of the size: words are short."""
 
 _NUMBER = re.compile(NUMERAL.encode())
 
-BOM = b"\xef\xbb\xbf"
-"""The mark with which some editors begin a text."""
-
-LIKELY = 100_000_000
-"""A header that counts more triangles is that of another kind of file."""
-
+BOM = b"\xef\xbb\xbf"  # the mark with which some editors begin a text
+LIKELY = 100_000_000  # a header that counts more triangles is that of another kind of file
+# What stands between the numbers of an STL file of text; a word comes after those of which it is a part.
 WORDS_OF_FACETS = (b"endfacet", b"facet", b"normal", b"outer", b"endloop", b"loop", b"vertex")
-"""What stands between the numbers of an STL file of text; a word comes after those of which it is a part."""
 
+# A line of a facet, with single blanks.
 _LINE = re.compile(
     rb"(?:(?:facet normal|vertex)(?: N){3}|outer loop|endloop|endfacet)?".replace(b"N", _NUMBER.pattern)
 )
-"""A line of a facet, with single blanks."""
 
-_NUMERALS = b"0123456789+-.eE \t\r\n\v\f"
-"""The characters of numbers and of the blanks between them."""
-
+_NUMERALS = b"0123456789+-.eE \t\r\n\v\f"  # the characters of numbers and of the blanks between them
+# A normal that the program could not work out, as that of a triangle without area.
 _NORMAL = re.compile(rb"facet\s+normal(?:\s+[-+]?(?:nan|inf)(?:\([a-z]*\))?){3}")
-"""A normal that the program could not work out, as that of a triangle without area."""
-
+# The lines that begin and end a body in an STL file of text: they hold any name.
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
-"""The lines that begin and end a body in an STL file of text: they hold any name."""
 
 Numbers: TypeAlias = NDArray[np.intp]
 
-Line: TypeAlias = tuple[int, bytes]
-"""A line of a text with its number."""
-
-
+Line: TypeAlias = tuple[int, bytes]  # a line of a text with its number
+# Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0.
 Polygons: TypeAlias = tuple[Floats, Numbers, Numbers]
-"""Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0."""
 
 
 def corners(path: Path) -> Floats:
@@ -265,32 +253,23 @@ def _by_trimesh(path: Path) -> Floats:
         return _in_rows(triangles(path))
 
 
+# The readers that need no other library, by the ending of the file's name.
 OWN: dict[str, Callable[[Path], Floats]] = {".stl": _stl, ".obj": _of_text, ".off": _of_text}
-"""The readers that need no other library, by the ending of the file's name."""
-
+# The readers of meshes, by the ending of the file's name.
 READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)
-"""The readers of meshes, by the ending of the file's name."""
 
 
 # --- what a surface encloses
 
+# Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it.
 SAME_VERTEX = 1e-6
-"""Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it."""
-
+# The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second.
 MOST_TRIANGLES_COUNTED = 300_000
-"""The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
-
-LEAST_VOLUME_OF_PART = 1e-9
-"""A part that encloses this share of the cube of the size is not flat."""
-
-PROBES = 1024
-"""About how many triangles, evenly chosen, are places where parts may overlap."""
-
+LEAST_VOLUME_OF_PART = 1e-9  # a part that encloses this share of the cube of the size is not flat
+PROBES = 1024  # about how many triangles, evenly chosen, are places where parts may overlap
+# How far from a triangle a point beside it is, in units of the size: single precision moves both.
 STEP_FROM_TRIANGLE = 1e-6
-"""How far from a triangle a point beside it is, in units of the size: single precision moves both."""
-
-FARTHEST = 1e50
-"""The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
+FARTHEST = 1e50  # the largest coordinate, in the unit of the file: no sum goes beyond the range of floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

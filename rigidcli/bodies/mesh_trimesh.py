@@ -26,20 +26,14 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, printable, shortened, shown
 from rigidcli.sandbox import Limits, confine
 
+# The time that reading may take (s), and so much more a megabyte: trimesh loads in one or two seconds.
 SECONDS, PER_MEGABYTE = 30.0, 1.0
-"""The time that reading may take (s), and so much more a megabyte: trimesh loads in one or two seconds."""
-
-TIMES_THE_FILE = 40
-"""The memory that trimesh may take beyond a gigabyte, in units of the size of the file."""
-
+TIMES_THE_FILE = 40  # the memory that trimesh may take beyond a gigabyte, in units of the size of the file
+# Beginnings of the names of extensions that leave a surface where it is.
 APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
-"""Beginnings of the names of extensions that leave a surface where it is."""
-
+# Keys of a scene, at any depth, that move a surface or repeat it, and that trimesh passes over.
 PASSED_OVER = ("skin", "weights", "sparse", "EXT_mesh_gpu_instancing")
-"""Keys of a scene, at any depth, that move a surface or repeat it, and that trimesh passes over."""
-
-READ = b"triangles\n"
-"""The first bytes of the answer of the process, where the file could be read."""
+READ = b"triangles\n"  # the first bytes of the answer of the process, where the file could be read
 
 
 def triangles(path: Path) -> Floats:

@@ -23,14 +23,11 @@ from rigidcli.fields.section import FileName, environment
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_files import Checked
 
+# A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit.
 LARGEST_IN_METRES = 10.0
-"""A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
-
-MOST_TRIANGLES_OF_HOLE = 500
-"""The most triangles of a hole that are compared with what it is cut from."""
-
+MOST_TRIANGLES_OF_HOLE = 500  # the most triangles of a hole that are compared with what it is cut from
+# How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole.
 CORNERS_DRAWN_IN = 1e-2
-"""How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
 
 def _enclosing(path: pathlib.Path) -> pathlib.Path:

@@ -31,39 +31,27 @@ from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
 from rigidcli.language.tokens import NUMERAL
 
-MOST_ATOMS = 500_000
-"""The most atoms that are read, which takes two seconds."""
-
+MOST_ATOMS = 500_000  # the most atoms that are read, which takes two seconds
+# The most bytes of a line: an atom with velocity, force and charge has two hundred, comments are longer.
 LINE_BYTES = 10_000
-"""The most bytes of a line: an atom with velocity, force and charge has two hundred, comments are longer."""
-
-FIRST_ATOM = 3
-"""The line of the first atom."""
-
+FIRST_ATOM = 3  # the line of the first atom
+# The atoms whose coordinates tell how many decimals a file has: all would take as long as reading does.
 JUDGED_ATOMS = 1000
-"""The atoms whose coordinates tell how many decimals a file has: all would take as long as reading does."""
-
+# Coordinates in angstrom with fewer decimals are taken to be written to so many: `0 0 1` is not rounded.
 FEWEST_DECIMALS = 3
-"""Coordinates in angstrom with fewer decimals are taken to be written to so many: `0 0 1` is not rounded."""
-
-ANGSTROM = float(parse_unit("angstrom").factor)
-"""The unit of the coordinates (m)."""
-
-ATOMIC_MASS = float(parse_unit("u").factor)
-"""The atomic mass constant (kg)."""
+ANGSTROM = float(parse_unit("angstrom").factor)  # the unit of the coordinates (m)
+ATOMIC_MASS = float(parse_unit("u").factor)  # the atomic mass constant (kg)
 
 _COUNT = re.compile(r"[0-9]+")
 _NUMBER = re.compile(NUMERAL)
+# An element by its symbol, with a mass number before it for one isotope; or by its atomic number.
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
-"""An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
-
+# The list of columns in the comment of the extended format.
 _PROPERTIES = re.compile(r"\bProperties=\"?([^\s\"]+)", re.IGNORECASE)
-"""The list of columns in the comment of the extended format."""
 
 EXAMPLE, HEAD = "a line such as `O 0.0 0.0 0.1`", "the first line has the number of atoms"
 
-_HYDROGEN = {"D": "2H", "T": "3H"}
-"""The isotopes that have symbols of their own."""
+_HYDROGEN = {"D": "2H", "T": "3H"}  # the isotopes that have symbols of their own
 
 
 class Isotope(NamedTuple):

@@ -38,24 +38,15 @@ if TYPE_CHECKING:
 
 Block = NDArray[np.float64]
 
-COLUMNS = ("m", "x", "y", "z")
-"""What the columns of a block hold, in this order."""
-
+COLUMNS = ("m", "x", "y", "z")  # what the columns of a block hold, in this order
+# The ending of files whose points are atoms: they say more, and are read by a module of their own.
 MOLECULE = ".xyz"
-"""The ending of files whose points are atoms: they say more, and are read by a module of their own."""
-
+# The most rows of a block, 0.8 MB; not a power of two, which would put columns on the same cache lines.
 BLOCK_ROWS = 25_000
-"""The most rows of a block, 0.8 MB; not a power of two, which would put columns on the same cache lines."""
-
+# How much CSV text is read at once. A line has 8 bytes at least, `1,2,3,4` and its end, so that a chunk with
+# the rest of its last line holds no more rows than a block.
 CHUNK_BYTES = 8 * (BLOCK_ROWS - 1)
-"""How much CSV text is read at once.
-
-A line has 8 bytes at least, `1,2,3,4` and its end, so that a chunk with the rest of its last line holds no
-more rows than a block.
-"""
-
-LINE_BYTES = 10_000
-"""The most bytes by which a line may exceed a chunk: four numbers take a hundred."""
+LINE_BYTES = 10_000  # the most bytes by which a line may exceed a chunk: four numbers take a hundred
 
 
 def blocks(path: Path) -> Iterator[Block]:
@@ -126,20 +117,19 @@ def _require_points(block: Block, start: int, name: str) -> None:
 
 # --- .csv
 
-_NUMERALS = b"0123456789+-.eE \t\r"
-"""What an ordinary line consists of, separators and newline apart."""
+_NUMERALS = b"0123456789+-.eE \t\r"  # what an ordinary line consists of, separators and newline apart
 
 _NUMBER = re.compile(NUMERAL.encode())
 
+# The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them.
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
-"""The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
 
 _LABEL_WORDS = "body comment description id index item label material name no part"
 LABELS = {"", "#", *_LABEL_WORDS.split()}
 """The heads of columns that say which point it is, and are not read."""
 
+# What makes commas of the separators of a table, and points of the decimal commas beside `;`.
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
-"""What makes commas of the separators of a table, and points of the decimal commas beside `;`."""
 
 
 class _Layout(NamedTuple):
@@ -251,8 +241,8 @@ def _fault(column: int, text: str, value: float | None) -> str:
     return f"column {COLUMNS[column]}: read {shown(text)}, expected {kind}"
 
 
+# The readers of tables of points, by the endings of their names.
 READERS = {".csv": _csv_blocks, ".npy": _npy_blocks}
-"""The readers of tables of points, by the endings of their names."""
 
 
 # --- the form of body

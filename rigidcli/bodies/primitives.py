@@ -48,8 +48,7 @@ class Figure(NamedTuple):
     corners: Callable[[], Floats] | None = None
 
 
-ORIGIN = (0, 0, 0)
-"""The centre of a shape that is symmetric about its natural origin."""
+ORIGIN = (0, 0, 0)  # the centre of a shape that is symmetric about its natural origin
 
 
 def _powers(a: Scalar, b: Scalar, degree: int) -> Scalar:

@@ -32,19 +32,16 @@ from rigidcli.errors import DocumentError, Problem, ValueProblem, shortened, sho
 from rigidcli.fields.texts import read_text
 from rigidcli.language.tokens import NUMERAL
 
+# The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty.
 MAX_DEPTH = 100
-"""The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty."""
-
-MAX_ELEMENTS = 15_000
-"""The most elements of a file: the largest robots have some 4,000."""
-
+MAX_ELEMENTS = 15_000  # the most elements of a file: the largest robots have some 4,000
+# The most characters of a number, and the largest one: its square is still a float.
 MOST_DIGITS, LARGEST = 400, 1e100
-"""The most characters of a number, and the largest one: its square is still a float."""
 
 _NUMBER = re.compile(NUMERAL)
 
+# What to do with a file that has macros of ROS in it.
 TEMPLATE = "this is a template: `xacro FILE > robot.urdf` fills it in"
-"""What to do with a file that has macros of ROS in it."""
 
 
 @dataclass(slots=True)
@@ -165,6 +162,7 @@ def _angles(values: Sequence[Any], unit: str) -> list[Any]:
 # --- URDF
 
 ROUND = {"radius": ("radius", 1), "height": ("length", 1)}
+# The dimensions of shapes, with their names in the files and the count of their numbers.
 SHAPES = {
     "box": {"size": ("size", 3)},
     "ellipsoid": {"semi_axes": ("radii", 3)},
@@ -172,10 +170,9 @@ SHAPES = {
     "cylinder": ROUND,
     "capsule": ROUND,
 }
-"""The dimensions of shapes, with their names in the files and the count of their numbers."""
 
+# The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles.
 LARGEST_MESH = 20_000_000
-"""The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
 
 
 def read_urdf(root: Element, folder: Path) -> Robot:
@@ -279,8 +276,8 @@ class _Urdf:
 
 # --- SDF
 
+# The entries of a tensor (kg m^2) that SDF takes where they are not given.
 NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
-"""The entries of a tensor (kg m^2) that SDF takes where they are not given."""
 
 
 def read_sdf(root: Element, folder: Path) -> Robot:
@@ -347,20 +344,17 @@ class _Sdf(_Urdf):
 
 # --- MJCF
 
+# How to come to a file that is read here. Without that setting MuJoCo 4 saves no `<inertial>` at all.
 SAVED = (
     'MuJoCo writes what it made of a file: put `<compiler saveinertial="true"/>` into it, '
     'and run `mujoco.mj_saveLastXML("saved.xml", mujoco.MjModel.from_xml_path(FILE))`'
 )
-"""How to come to a file that is read here. Without that setting MuJoCo 4 saves no `<inertial>` at all."""
 
-ROUNDED = 1e-12
-"""The relative error of a principal moment that is worked out from `fullinertia`."""
-
+ROUNDED = 1e-12  # the relative error of a principal moment that is worked out from `fullinertia`
+# Elements from which MuJoCo makes bodies that are not written in the file.
 REPEATING = ("attach", "composite", "flexcomp", "replicate")
-"""Elements from which MuJoCo makes bodies that are not written in the file."""
-
+# The attributes that turn a frame, at most one of which may stand, and how many numbers they have.
 WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
-"""The attributes that turn a frame, at most one of which may stand, and how many numbers they have."""
 
 
 def read_mjcf(root: Element, folder: Path) -> Robot:
@@ -474,12 +468,12 @@ def _turn(element: Element, compiler: Mapping[str, str]) -> Body:
             return {"rotation": {"matrix": np.array([x, y, np.cross(x, y)]).T.tolist()}}
 
 
+# The functions that read a file, by the tag of its root.
 READERS: dict[str, Callable[[Element, Path], Robot]] = {
     "robot": read_urdf,
     "sdf": read_sdf,
     "mujoco": read_mjcf,
 }
-"""The functions that read a file, by the tag of its root."""
 
 
 @lru_cache(maxsize=4)  # for documents that have one of its links each

@@ -9,23 +9,14 @@ from typing import Any, NamedTuple, TypeAlias
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.fields.texts import ending
 
-ENDINGS = (".urdf", ".sdf", ".world", ".xml", ".xacro")
-"""How the names of robot descriptions end."""
-
-Body: TypeAlias = dict[str, Any]
-"""A form of body, as the section `body` of a document has it."""
-
+ENDINGS = (".urdf", ".sdf", ".world", ".xml", ".xacro")  # how the names of robot descriptions end
+Body: TypeAlias = dict[str, Any]  # a form of body, as the section `body` of a document has it
+# The mass and the tensor of a link, as a body, and their lines; or the reason why a link has none.
 Weight: TypeAlias = tuple[Body, Mapping[str, int]] | str
-"""The mass and the tensor of a link, as a body, and their lines; or the reason why a link has none."""
-
+# The entries of a tensor, in the order in which URDF and SDF write them.
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-"""The entries of a tensor, in the order in which URDF and SDF write them."""
-
-LISTED = 20
-"""The most links that a message lists."""
-
-NO_MASS = "no mass"
-"""Why a link has no mass properties, in most cases."""
+LISTED = 20  # the most links that a message lists
+NO_MASS = "no mass"  # why a link has no mass properties, in most cases
 
 
 class Link(NamedTuple):

@@ -31,16 +31,15 @@ from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
 from rigidcli.fields.words import halved, keys_called, not_one_of
 
+# A point (x, y, z in m, own axes) of a shape, which follows from its dimensions.
 Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
-"""A point (x, y, z in m, own axes) of a shape, which follows from its dimensions."""
 
 T = TypeVar("T")
 
+# Steps of a net along a straight coordinate, and nine of a right angle; inside is one point in so many.
 STEPS_OF_NET, ONE_INSIDE_IN = 17, 7
-"""Steps of a net along a straight coordinate, and nine of a right angle; inside is one point in so many."""
-
+# How far the net of a shape is drawn in from its ends, in units of its size: beyond all rounding.
 NET_DRAWN_IN = 1e-9
-"""How far the net of a shape is drawn in from its ends, in units of its size: beyond all rounding."""
 
 
 class NoValueError(Exception):
@@ -340,12 +339,12 @@ def section(
 
 # --- all shapes, by their names
 
+# The anchor of what stands on a base, with its origin half way up.
 BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
-"""The anchor of what stands on a base, with its origin half way up."""
-
+# The anchors of what opens from an apex at its origin.
 TIP: dict[str, Anchor] = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
-"""The anchors of what opens from an apex at its origin."""
 
+# Whether a primitive is solid, flat, a shell or a wire, and its anchors besides the centre of mass.
 PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
     primitives.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
@@ -378,7 +377,6 @@ PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.rod: (Wire, {"end": lambda s: (0, 0, -s.length / 2)}),
     primitives.ring: (Wire, {}),
 }
-"""Whether a primitive is solid, flat, a shell or a wire, and its anchors besides the centre of mass."""
 
 _NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
 
@@ -401,5 +399,5 @@ class MadeWhenAsked(Mapping[str, T]):
         return len(self.names)
 
 
+# The sections of the shapes.
 SHAPES = MadeWhenAsked(_NAMED, lambda name: section(_NAMED[name], *PRIMITIVES[_NAMED[name]]))
-"""The sections of the shapes."""

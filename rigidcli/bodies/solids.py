@@ -13,11 +13,9 @@ from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.quantities import AsList, Coordinate, Vector3
 from rigidcli.fields.section import environment
 
+# A simplex or polygon of less area or volume than this, in units of its size squared or cubed, is flat.
 DEGENERATE = 1e-13
-"""A simplex or polygon of less area or volume than this, in units of its size squared or cubed, is flat."""
-
-PLANAR_TOLERANCE = 1e-9
-"""How far vertices may lie off their common plane, in units of the polygon's size."""
+PLANAR_TOLERANCE = 1e-9  # how far vertices may lie off their common plane, in units of the polygon's size
 
 
 def simplex_measure(vertices: Array, n: Arithmetic) -> Scalar:

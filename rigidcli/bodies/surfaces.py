@@ -25,40 +25,31 @@ from rigidcli.errors import ValueProblem
 
 Keys: TypeAlias = NDArray[np.uint64]
 
+# The most triangles of a block, 0.3 MB, which stays in the cache; small ones cost time to begin with.
 BLOCK_TRIANGLES = 4_000
-"""The most triangles of a block, 0.3 MB, which stays in the cache; small ones cost time to begin with."""
-
+# The edges of a triangle, by its vertices, in the sense in which it is wound.
 SIDES = ((0, 1), (1, 2), (2, 0))
-"""The edges of a triangle, by its vertices, in the sense in which it is wound."""
 
+# Odd numbers whose bits look random: multiplication by them modulo 2^64 spreads every bit upwards.
 _MIX = np.array(
     [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F],
     dtype=np.uint64,
 )
-"""Odd numbers whose bits look random: multiplication by them modulo 2^64 spreads every bit upwards."""
 
 _HALF = np.uint64(32)
 
+# Beyond this ratio of c^2 to the mean square distance from c, sums are taken anew about the centre c.
 FAR_FROM_ORIGIN_OF_SUMS = 10.0
-"""Beyond this ratio of c^2 to the mean square distance from c, sums are taken anew about the centre c."""
-
+# A surface encloses nothing if its volume is below this, in units of its area and the diagonal of its box.
+# Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
 FLATTEST = 1e-7
-"""A surface encloses nothing if its volume is below this, in units of its area and the diagonal of its box.
-
-Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
-"""
-
+# The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles.
 OBLIQUE = (0.12357, -0.07913)
-"""The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles."""
-
+# The most pairs of a triangle and a line that are looked at, which takes a quarter of a second.
 MOST_PAIRS = 5_000_000
-"""The most pairs of a triangle and a line that are looked at, which takes a quarter of a second."""
-
-PAIRS_AT_ONCE = 1_000_000
-"""About the most such pairs at once, which bounds the memory."""
-
+PAIRS_AT_ONCE = 1_000_000  # about the most such pairs at once, which bounds the memory
+# Squares along a side of a net of lines: most are empty, and its table of 2 MB stays in the cache.
 SQUARES_OF_SIDE = 500
-"""Squares along a side of a net of lines: most are empty, and its table of 2 MB stays in the cache."""
 
 
 # --- the vertices and the edges

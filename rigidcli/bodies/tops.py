@@ -13,8 +13,8 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import LEAST_MOMENT
 from rigidcli.errors import ValueProblem, shown
 
+# How far the tensor of a body may be from that of a symmetric top, in units of its largest entry.
 SYMMETRY = 1e-9
-"""How far the tensor of a body may be from that of a symmetric top, in units of its largest entry."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
