@@ -65,17 +65,13 @@ Polygons: TypeAlias = tuple[Floats, Numbers, Numbers]
 
 
 def corners(path: Path) -> Floats:
-    """The corners of the triangles of a file.
-
-    Raises:
-        ValueProblem: the message starts with `path`, then the line of a text.
-    """
-    made = READERS.get(path.suffix.lower())
-    if made is None:
+    """The corners of the triangles of a file. Raises ValueProblem, which names the path and the line."""
+    read = READERS.get(path.suffix.lower())
+    if read is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
         message = f"{path}: expected the name of a mesh, which ends in one of {endings}"
         raise ValueProblem(message, hint="save it as STL")
-    return made(path)
+    return read(path)
 
 
 @contextmanager
@@ -146,11 +142,11 @@ def _of_text(path: Path) -> Floats:
     with _sized(path, WORDS) as file:
         text = file.read()
     vertices, counts, corners = (_obj if path.suffix.lower() == ".obj" else _off)(text, path)
-    # Each face becomes a fan of triangles.
     if counts.size and counts.min() < 3:
         face = f"face {np.argmin(counts):,} (counted from 0)"
         raise ValueProblem(f"{path}: {face} has {counts.min()} vertices")
     require_indices(corners, len(vertices), path)
+    # Each face becomes a fan of triangles.
     cuts = counts - 2
     start = np.repeat(np.cumsum(counts) - counts, cuts)
     step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts)
@@ -303,8 +299,8 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
     surface, notes = _summed(corners(path), path), list[str]()
     if not surface.is_closed:
         surface = _merged(surface, path, notes)
-    if not surface.is_closed:
-        raise _gap(surfaces.unpaired(surface.corners), path)
+    if not surface.is_closed and (gap := surfaces.unpaired(surface.corners)) is not None:
+        raise _gap(gap, path)
     if surface.is_flat:
         labels = surfaces.components(surfaces.vertex_keys(surface.corners))
         volumes = [Surface(surface.corners[:, :, labels == label]).volume for label in np.unique(labels)[:9]]
@@ -358,10 +354,8 @@ def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
 # --- what is wrong
 
 
-def _gap(gap: surfaces.Unpaired | None, path: Path) -> ValueProblem:
+def _gap(gap: surfaces.Unpaired, path: Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
-    if gap is None:
-        return ValueProblem(f"{path}: the surface is not closed")
     belong = "1 edge belongs" if gap.number == 1 else f"{gap.number:,} edges belong"
     start, end = map(_place_text, gap.edge)
     holes = "1 hole" if gap.holes == 1 else f"{gap.holes:,} holes"
@@ -389,10 +383,9 @@ def _overlaps(path: Path, surface: Surface, probes: Numbers, labels: Numbers, or
     """
     triangles = surface.some(probes)
     middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
-    points = np.concatenate(
-        [middles + side * STEP_FROM_TRIANGLE * surface.size * normals for side in (-1, 1)]
-    )
-    counts = orientation * surfaces.windings(surface.corners, surface.box, points)
+    step = STEP_FROM_TRIANGLE * surface.size * normals
+    points = np.concatenate([middles - step, middles + step])
+    counts = orientation * surface.windings(points)
     below, notes = np.flatnonzero(counts < 0), list[str]()
     for part, place in zip(*np.unique(np.tile(labels[probes], 2)[below], return_index=True), strict=True):
         if orientation * Surface(surface.corners[:, :, labels == part]).volume <= 0:

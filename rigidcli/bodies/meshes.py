@@ -87,10 +87,7 @@ class Mesh(Form):
         Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
-        from rigidcli.bodies.surfaces import windings
-
-        surface = self.checked.surface
-        inside: Mask = windings(surface.corners, surface.box, points) != 0
+        inside: Mask = self.checked.surface.windings(points) != 0
         return inside
 
     def net(self) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -37,8 +37,7 @@ def simplex_moments(vertices: Array) -> tuple[Array, Array]:
 
     For k vertices at d_i from the centre the mean is sum d_i d_i^T / (k (k + 1)).
     """
-    count = len(vertices)
-    offset = vertices - vertices[0]
+    count, offset = len(vertices), vertices - vertices[0]
     centre = offset.sum(axis=0) / count
     offset = offset - centre
     return vertices[0] + centre, (offset.T @ offset) / (count * (count + 1))
@@ -172,19 +171,13 @@ def require_simple_polygon(vertices: Array, n: Arithmetic) -> None:
     off = np.abs(flat[:, 2]).max()
     if off > PLANAR_TOLERANCE:
         raise ValueProblem(f"the vertices are not in one plane: one is off by {off:.3g} of its size")
-    crossing = _first_crossing(flat[:, :2])
-    if crossing is not None:
-        first, second = crossing
+    for first, second in _crossings(flat[:, :2]):
         raise ValueProblem(f"the edges from vertex {first} and from vertex {second} meet (counted from 0)")
-    spokes = flat[1:] - flat[0]
-    if np.abs(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)).max() <= DEGENERATE:
-        raise ValueProblem("the polygon has no area")
 
 
-def _first_crossing(outline: Array) -> tuple[int, int] | None:
-    """Two edges of the closed outline (k by 2) that meet and are no neighbours, by their first vertices."""
-    count = len(outline)
-    start, end = outline, np.roll(outline, -1, axis=0)
+def _crossings(outline: Array) -> Iterator[tuple[int, int]]:
+    """Edges of the closed outline (k by 2) that meet and are no neighbours, by their first vertices."""
+    start, end, count = outline, np.roll(outline, -1, axis=0), len(outline)
 
     def side(a: Array, b: Array, c: Array) -> Array:
         area = _sides(a, b, c)
@@ -196,10 +189,7 @@ def _first_crossing(outline: Array) -> tuple[int, int] | None:
         straddle = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
         low, high = np.minimum(a, b), np.maximum(a, b)
         near = (np.minimum(c, d) <= high + DEGENERATE) & (np.maximum(c, d) >= low - DEGENERATE)
-        touching = others[straddle & near.all(axis=-1)]
-        if touching.size:
-            return i, int(touching[0])
-    return None
+        yield from ((i, int(j)) for j in others[straddle & near.all(axis=-1)])
 
 
 # --- vertices in a document

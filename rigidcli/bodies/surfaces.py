@@ -186,29 +186,33 @@ def components(keys: Keys) -> NDArray[np.intp]:
 class Surface:
     """A surface of triangles, in the unit of its `corners` (3, 3, n; of either precision), and sums over it.
 
-    `box` (2 by 3) holds the least and the largest coordinates. `residue` is zero where each edge has
-    triangles on both sides that agree about inside and outside. `volume` is negative where the surface is
-    wound inside out. Sums are taken about the point `origin` (3), and `centre` (3) is seen from there: that
-    is the middle of the first block, or the centre itself where it is far from there. Where sums overflow,
-    numbers are not finite, and the box is not where a coordinate is not.
+    `box` (2 by 3) holds the least and the largest coordinates, and `size` is its diagonal. The surface
+    `is_closed` where each edge has triangles on both sides that agree about inside and outside, and `is_flat`
+    where there is no space inside. `volume` is negative where it is wound inside out. Sums are taken about
+    the point `origin` (3), and `centre` (3) is seen from there: that is the middle of the first block, or the
+    centre itself where it is far from there. Where sums overflow, numbers are not finite, and the box is not
+    where a coordinate is not.
     """
 
     @np.errstate(over="ignore", invalid="ignore")
     def __init__(self, corners: Floats) -> None:
         self.corners, self.triangles = corners, corners.shape[2]
-        self.residue, self.box = 0, np.array([np.full(3, np.inf), np.full(3, -np.inf)])
+        residue, self.box = 0, np.array([np.full(3, np.inf), np.full(3, -np.inf)])
         self._begin(np.zeros(3))
         for start, block in enumerate(blocks(corners)):
             low, high = block.min(axis=(0, 2)), block.max(axis=(0, 2))
             if start == 0:
                 self._begin((low + high) / 2)
             self.box = np.array([np.minimum(self.box[0], low), np.maximum(self.box[1], high)])
-            self.residue = (self.residue + fingerprint(vertex_keys(block))) % 2**64
+            residue = (residue + fingerprint(vertex_keys(block))) % 2**64
             self._add(block)
         if self.centre @ self.centre > FAR_FROM_ORIGIN_OF_SUMS * np.trace(self.second):
             self._begin(self.origin + self.centre)
             for block in blocks(corners):
                 self._add(block)
+        self.size = float(np.linalg.norm(self.box[1] - self.box[0]))
+        self.is_closed = residue == 0
+        self.is_flat = abs(self.volume) <= FLATTEST * self.area * self.size
 
     def _begin(self, origin: Floats) -> None:
         self.origin, self.area, self.volume = origin, 0.0, 0.0
@@ -257,20 +261,17 @@ class Surface:
         """The triangles (k, 3, 3: triangle, vertex, coordinate) of these numbers."""
         return self.corners[:, :, which].transpose(2, 0, 1).astype(np.float64)
 
-    @property
-    def size(self) -> float:
-        """The diagonal of the box."""
-        return float(np.linalg.norm(self.box[1] - self.box[0]))
+    def windings(self, points: Floats) -> NDArray[np.intp]:
+        """How often the surface, if it is closed, goes round points (k, 3).
 
-    @property
-    def is_closed(self) -> bool:
-        """Whether each edge has a partner."""
-        return self.residue == 0
-
-    @property
-    def is_flat(self) -> bool:
-        """Whether there is no space inside."""
-        return abs(self.volume) <= FLATTEST * self.area * self.size
+        A point on a line that meets an edge counts as outside. Where there are too many pairs of a triangle
+        and a line, some of the points are looked at, and the others have 1.
+        """
+        counts, step = np.ones(len(points), dtype=np.intp), 1
+        while (some := _windings(self.corners, self.box.mean(axis=0), points[::step])) is None:
+            step *= 4
+        counts[::step] = some
+        return counts
 
 
 def normals(triangles: Floats) -> Floats:
@@ -303,20 +304,7 @@ def simplified(corners: Floats, box: Floats, cells: int) -> Floats:
 # --- inside and outside
 
 
-def windings(corners: Floats, box: Floats, points: Floats) -> NDArray[np.intp]:
-    """How often a closed surface in the `box` (2 by 3) goes round points (k, 3).
-
-    A point on a line that meets an edge counts as outside. Where there are too many pairs of a triangle and a
-    line, some of the points are looked at, and the others have 1.
-    """
-    counts, step = np.ones(len(points), dtype=np.intp), 1
-    while (some := _counted(corners, box.mean(axis=0), points[::step])) is None:
-        step *= 4
-    counts[::step] = some
-    return counts
-
-
-def _counted(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.intp] | None:
+def _windings(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.intp] | None:
     """The windings round points, in coordinates about `centre` (3); None where there are too many pairs.
 
     The idea: in sheared coordinates (u, v, w) the line through a point goes along w. It meets a triangle if
