@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import combinations
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -60,8 +60,7 @@ class Leaf:
     @property
     def region(self) -> Region | Mesh:
         """The form, which fills space."""
-        assert isinstance(self.form, Region | Mesh)
-        return self.form
+        return cast("Region | Mesh", self.form)
 
     def density(self, n: Arithmetic) -> Any:
         """The density: a number, or a formula where it varies."""
@@ -107,8 +106,7 @@ class Leaf:
 
     def reaches(self, points: Floats, hole: Leaf) -> Mask:
         """Which of the points of a hole lie inside, to within a rounding margin at shared faces."""
-        margin = Mesh.MARGIN if isinstance(self.form, Mesh) else NET_DRAWN_IN
-        size, near = 2 * max(hole.ball[1], self.ball[1]) * margin, self.contains(points)
+        size, near = 2 * max(hole.ball[1], self.ball[1]) * self.region.MARGIN, self.contains(points)
         for direction in (*np.eye(3), *-np.eye(3)):
             if (far := np.flatnonzero(~near)).size:
                 near[far] = self.contains(points[:, far], size * direction)

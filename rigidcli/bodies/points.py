@@ -54,23 +54,19 @@ def blocks(path: Path) -> Iterator[Block]:
 
     `.npy` files hold an array of shape (n, 4) of any real type, in SI units; `.csv` files a header that
     names the columns, in any order and perhaps with units, and decimal numbers. A block is C-contiguous,
-    every value is finite and every mass positive.
-
-    Raises:
-        ValueProblem: while iterating; the file cannot be read or holds something else. The message
-            starts with `path` as given, then the line of a CSV file or the row of an array.
+    every value is finite and every mass positive. Raises ValueProblem, while iterating, which names the path
+    and the line of a CSV file or the row of an array.
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
         hint = "a dash has a blank behind it: write `- [m, x, y, z]`" if "-[" in path.name else None
         raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`", hint=hint)
-    empty = True
+    block = None
     with opened(path) as file:
         for block in reader(file, str(path)):
-            empty = False
             yield block
-    if empty:
+    if block is None:
         raise ValueProblem(f"{path}: no points")
 
 
@@ -78,15 +74,6 @@ def blocks(path: Path) -> Iterator[Block]:
 
 
 def _npy_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
-    array = _npy_array(name)
-    for start in range(0, len(array), BLOCK_ROWS):
-        with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
-            block = np.ascontiguousarray(array[start : start + BLOCK_ROWS], dtype=np.float64)
-        _require_points(block, start, name)
-        yield block
-
-
-def _npy_array(name: str) -> NDArray[Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about headers that Python 2 has written
@@ -99,20 +86,17 @@ def _npy_array(name: str) -> NDArray[Any]:
         hint = "save the transposed array" if array.ndim == 2 and len(array) == len(COLUMNS) else None
         message = f"{name}: shape {shown(str(array.shape))}, expected (n, 4) for m, x, y, z"
         raise ValueProblem(message, hint=hint)
-    return array
-
-
-def _require_points(block: Block, start: int, name: str) -> None:
-    """Refuse what is no point mass; `start` is the number of the block's first row."""
-    if _all_point_masses(block):
-        return
-    wrong = ~np.isfinite(block)
-    wrong[:, 0] |= block[:, 0] <= 0
-    row, column = np.argwhere(wrong)[0]
-    value = float(block[row, column])
-    raise ValueProblem(
-        f"{name}: row {start + row} (counted from 0): {_fault(column, f'{value:.17g}', value)}"
-    )
+    for start in range(0, len(array), BLOCK_ROWS):
+        with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
+            block = np.ascontiguousarray(array[start : start + BLOCK_ROWS], dtype=np.float64)
+        if not _all_point_masses(block):
+            wrong = ~np.isfinite(block)
+            wrong[:, 0] |= block[:, 0] <= 0
+            row, column = np.argwhere(wrong)[0]
+            value = float(block[row, column])
+            fault = _fault(column, f"{value:.17g}", value)
+            raise ValueProblem(f"{name}: row {start + row} (counted from 0): {fault}")
+        yield block
 
 
 # --- .csv
@@ -271,12 +255,6 @@ Row: TypeAlias = Annotated[
 ]
 
 
-def _labels(path: Path) -> list[str]:
-    """The heads of the columns of a table that are not read."""
-    with opened(path) as file:
-        return _layout(file.readline(LINE_BYTES), str(path)).labels
-
-
 def _with_masses(raw: object) -> object:
     """What is written under `points`. Raises ValueProblem, once, for a list of places without masses."""
     if isinstance(raw, list) and raw and all(isinstance(row, list) and len(row) == 3 for row in raw):
@@ -313,11 +291,11 @@ class PointMasses(Form):
                 self._molecule = read_molecule(self.points)
             environment(info).log.note(*self._molecule.notes)
         elif isinstance(self.points, Path) and self.points.suffix.lower() == ".csv":
-            with at("points"):
-                labels = ", ".join(f"`{name}`" for name in _labels(self.points))
-            environment(info).log.note(
-                *([f"{self.points.name} has columns that are not read: {labels}"] if labels else [])
-            )
+            with at("points"), opened(self.points) as file:
+                labels = _layout(file.readline(LINE_BYTES), str(self.points)).labels
+            if labels:
+                names = ", ".join(f"`{name}`" for name in labels)
+                environment(info).log.note(f"{self.points.name} has columns that are not read: {names}")
         return self
 
     @property

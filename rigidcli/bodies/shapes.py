@@ -21,7 +21,7 @@ from rigidcli.bodies import primitives, solids
 from rigidcli.bodies.charts import Chart, right_angles
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.primitives import Figure, Geometry
+from rigidcli.bodies.primitives import Figure
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, did_you_mean, with_article
@@ -187,10 +187,6 @@ class Shape(Form):
         """The figure of these dimensions. Raises ValueProblem where they do not go together."""
         return type(self).primitive(n, **{key: getattr(self, key) for key in self.dimensions()})
 
-    def geometry(self, n: Arithmetic) -> Geometry:
-        """Measure, centre and spread from the dimensions."""
-        return self.figure(n).geometry()
-
     def maps(self, n: Arithmetic) -> Sequence[Chart]:
         """The shape in coordinates of its own, in which a density is integrated."""
         return self.figure(n).charts()
@@ -213,7 +209,7 @@ class Shape(Form):
             return arithmetic.array(self.ANCHORS[self.anchor](self))
         if isinstance(self.density, BoundExpression):
             return self.local(arithmetic).com
-        return arithmetic.array(self.geometry(arithmetic).centre)
+        return arithmetic.array(self.figure(arithmetic).geometry().centre)
 
     def point_named(self, anchor: str, arithmetic: Arithmetic) -> Array:
         """An anchor (3, m) where the shape is placed."""
@@ -224,16 +220,16 @@ class Shape(Form):
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
         if self.mass is not None:
-            return self.mass / self.geometry(n).measure
+            return self.mass / self.figure(n).geometry().measure
         if isinstance(self.density, BoundExpression):
-            return (self.local(n).mass or 0) / self.geometry(n).measure
+            return (self.local(n).mass or 0) / self.figure(n).geometry().measure
         return self.density or 0
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
         if isinstance(self.density, BoundExpression):
             return self._of_field(self.density, arithmetic)
-        measure, centre, second = self.geometry(arithmetic)
+        measure, centre, second = self.figure(arithmetic).geometry()
         mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
         second = np.diag(second) if second.ndim == 1 else second
@@ -247,12 +243,15 @@ class Shape(Form):
                 with suppress(NoValueError):  # what hangs on symbols may be positive or negative
                     shape = self.model_copy(update=floats(self.__dict__, n))
                     looked_at(shape.density, shape.maps(FLOAT), self.UNIT)
-            self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
+            geometry = self.figure(n).geometry()
+            self._integrated = integrated(density, self.maps(n), geometry, self.UNIT, n)
         return self._integrated
 
 
 class Region(Shape):
     """A shape that says which points it fills."""
+
+    MARGIN: ClassVar = NET_DRAWN_IN
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, own axes) the shape fills, its surface included."""

@@ -183,16 +183,16 @@ def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(nam
         for grown, inside in ((1e-9, True), (-1e-9, False)):
             # Corners are on the surface: moved inward they are inside, moved outward they are not.
             if name not in ("hollow_sphere", "tube", "torus", "prism"):
-                centre = np.array(shape.geometry(FLOAT).centre, dtype=float)
+                centre = np.array(shape.figure(FLOAT).geometry().centre, dtype=float)
                 moved = centre + (points - centre) * (1 - grown)
                 on_it = np.linalg.norm(points - centre, axis=1) > 0.2 * np.linalg.norm(high - low) / 2
                 surely = shape.contains(*moved.T)
                 assert surely.all() if inside else not surely[on_it].all()
     elif len(faces) == 1 and name in ("rod", "ring"):
         length = np.linalg.norm(np.diff(faces[0], axis=0), axis=1).sum()
-        assert length == pytest.approx(float(shape.geometry(FLOAT).measure), rel=0.01)
+        assert length == pytest.approx(float(shape.figure(FLOAT).geometry().measure), rel=0.01)
     else:
-        assert sum(map(area, faces)) == pytest.approx(float(shape.geometry(FLOAT).measure), rel=0.02)
+        assert sum(map(area, faces)) == pytest.approx(float(shape.figure(FLOAT).geometry().measure), rel=0.02)
 
 
 # --- Files
