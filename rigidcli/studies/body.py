@@ -21,15 +21,12 @@ if TYPE_CHECKING:
     from rigidcli.bodies.tops import HeavyTop
     from rigidcli.document.motion import Top
 
+# Why an angular velocity along the line of a linear body is refused: no angular momentum determines it.
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
-"""Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
-
+# What is smaller than this, in units of the largest number of its kind, is the rounding of a zero.
 ON_AXIS = 1e-12
-"""What is smaller than this, in units of the largest number of its kind, is the rounding of a zero."""
-
-
+# Values of a mesh's results that nearly all meshes have; people see these results with `-v` only.
 USUAL = {"components": 1, "watertight": True, "winding": "outward"}
-"""Values of a mesh's results that nearly all meshes have; people see these results with `-v` only."""
 
 
 @np.errstate(over="ignore", invalid="ignore")

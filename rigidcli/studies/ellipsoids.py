@@ -12,14 +12,11 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 
+# The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded.
 CIRCLE, CIRCLES = 61, 7
-"""The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded."""
-
-SPACE = tuple(map(PictureAxis, "xyz"))
-"""The directions of space, z upward, for unit vectors."""
-
+SPACE = tuple(map(PictureAxis, "xyz"))  # the directions of space, z upward, for unit vectors
+# Components of omega along the principal axes.
 ALONG = tuple(PictureAxis(f"ω{k}", unit="rad/s") for k in "₁₂₃")
-"""Components of omega along the principal axes."""
 
 
 def semi_axes(moments: Floats, level: float) -> Floats | None:

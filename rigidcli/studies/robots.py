@@ -23,40 +23,27 @@ from rigidcli.document.document import Document
 from rigidcli.errors import Problem, RigidError
 from rigidcli.fields.environment import Environment
 
+# The least and the greatest density of a link (kg/m^3): that of foam, and that of osmium (22,590).
 LIGHTEST, HEAVIEST = 10.0, 23_000.0
-"""The least and the greatest density of a link (kg/m^3): that of foam, and that of osmium (22,590)."""
-
-SOLID = 500.0, 20_000.0
-"""The densities (kg/m^3) of solids, from wood to tungsten."""
-
+SOLID = 500.0, 20_000.0  # the densities (kg/m^3) of solids, from wood to tungsten
+# Mistakes by the factor that makes the density of the link that of a solid.
 SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in mm: a `scale` of 0.001?"}
-"""Mistakes by the factor that makes the density of the link that of a solid."""
-
+# Units in which tensors are often written by mistake, by their number in 1 kg m^2.
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
-"""Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
-
+# A centre of mass is suspicious farther outside the box of the geometry, in units of its diagonal.
 FAR_OUTSIDE = 0.25
-"""A centre of mass is suspicious farther outside the box of the geometry, in units of its diagonal."""
-
+# Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones.
 FACTOR_OF_FORM = 10.0
-"""Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones."""
-
+# A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
+# which the nearest units differ.
 FACTOR_OF_CURE = 3.0
-"""A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
-which the nearest units differ."""
-
+# Equal moments within this factor of the form's are no placeholder: balls and cubes have equal moments.
 FACTOR_OF_BALLS = 1.2
-"""Equal moments within this factor of the form's are no placeholder: balls and cubes have equal moments."""
-
+# Factors of an entry that mend a wrong sign, or a decimal point that is up to three places off.
 EDITS = (-1.0, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
-"""Factors of an entry that mend a wrong sign, or a decimal point that is up to three places off."""
-
-MOST_OF_LINK = 200
-"""The most forms of a link that are compared with it, so that no file takes long."""
-
-
+MOST_OF_LINK = 200  # the most forms of a link that are compared with it, so that no file takes long
+# The places in `ENTRIES` of the entries of the matrix of a tensor.
 PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""The places in `ENTRIES` of the entries of the matrix of a tensor."""
 
 
 class LinkGeometry(NamedTuple):

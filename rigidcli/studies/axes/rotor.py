@@ -13,14 +13,10 @@ from rigidcli.report import Field
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import field_of
 
+# The Planck constant (J s), exact since 2019 (BIPM, The International System of Units, 9th edition).
 PLANCK = 6.62607015e-34
-"""The Planck constant (J s), exact since 2019 (BIPM, The International System of Units, 9th edition)."""
-
-LIGHT = 299_792_458.0
-"""The speed of light (m/s), exact."""
-
-LARGEST_CONSTANT = 1e6
-"""A rotational constant (GHz) that no molecule has."""
+LIGHT = 299_792_458.0  # the speed of light (m/s), exact
+LARGEST_CONSTANT = 1e6  # a rotational constant (GHz) that no molecule has
 
 ROTORS = {
     "point": "an atom: it has no rotation",

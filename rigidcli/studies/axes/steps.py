@@ -16,8 +16,8 @@ from rigidcli.report import NOISE as ROUNDING
 from rigidcli.report import Field, Step
 from rigidcli.studies.writing import formula, free_name, power, product, total
 
+# The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method.
 LONGEST = 40
-"""The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method."""
 
 
 def axes_steps(

@@ -26,17 +26,11 @@ from rigidcli.studies.common import require_values
 from rigidcli.studies.ellipsoids import ellipsoid as lines_of
 from rigidcli.studies.ellipsoids import semi_axes
 
-MOST_POINTS = 2_000
-"""The most point masses that are drawn, evenly chosen, so that a picture is small."""
-
-MOST_FACES = 4_000
-"""The most triangles of a mesh that are drawn as they are, so that viewers stay fast."""
-
-HOLE_GROWN = 1.004
-"""How much larger holes are drawn than they are."""
-
+MOST_POINTS = 2_000  # the most point masses that are drawn, evenly chosen, so that a picture is small
+MOST_FACES = 4_000  # the most triangles of a mesh that are drawn as they are, so that viewers stay fast
+HOLE_GROWN = 1.004  # how much larger holes are drawn than they are
+# Length of the principal axes, in units of the distance from O to the farthest point of the body.
 LENGTH_OF_AXES = 1.25
-"""Length of the principal axes, in units of the distance from O to the farthest point of the body."""
 
 
 def ellipsoid(document: Document) -> Picture:

@@ -19,11 +19,9 @@ from rigidcli.fields.environment import BoundExpression
 from rigidcli.report import NOISE, Column, Field, Step, Table, Value
 from rigidcli.studies.writing import free_name
 
-MOST_POINTS = 20
-"""The most point masses whose terms are listed, so that the table fits on a screen."""
-
+MOST_POINTS = 20  # the most point masses whose terms are listed, so that the table fits on a screen
+# The coordinates of second moments, with the places of the moments in a tensor.
 PAIRS = tuple(("xyz"[i], "xyz"[j], i, j) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-"""The coordinates of second moments, with the places of the moments in a tensor."""
 
 
 def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
@@ -175,11 +173,9 @@ def _turned(turn: Array, tensor: Array, product: str, symbol: str) -> tuple[Fiel
     return Field("", turn, "R", r"\mathbf{R}"), Field("", tensor, product, symbol, "kg m^2")
 
 
+# Names of coordinates from 0 to 1, and of angles, in the working of integrals.
 COORDINATES = (("u", "v", "w"), ("phi", "theta", "psi"))
-"""Names of coordinates from 0 to 1, and of angles, in the working of integrals."""
-
-MOST_CHARTS = 3
-"""The most parts of a shape whose integrals are written out."""
+MOST_CHARTS = 3  # the most parts of a shape whose integrals are written out
 
 
 def _density(body: Form, density: BoundExpression, n: Arithmetic) -> Step:
