@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import combinations_with_replacement
 from typing import TypeAlias
 
 from rigidcli.algebra.expansion import expand
@@ -60,7 +61,7 @@ def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
 
 
 def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:
-    """The inverse of a regular symmetric matrix (n by n), by blocks; None if it would be too large.
+    """The inverse of a symmetric matrix (n by n), by blocks; None if there is none, or it would be too large.
 
     A block is inverted by its adjugate, or by elimination where it is numbers times one expression.
     """
@@ -69,13 +70,23 @@ def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | 
         inner = part(matrix, block, block)
         inverted = _of_numbers(inner) if len(block) > 2 else None
         if inverted is None:
-            most = most_terms if len(block) == LARGEST else MOST_TERMS
-            if len(block) > LARGEST or (len(block) > 1 and _terms(determinant(inner)) > most):
-                return None
-            inverted = _adjugate(inner)
+            inverted = _adjugate(inner, most_terms if len(block) == LARGEST else MOST_TERMS)
+        if inverted is None:
+            return None
         for i, row in zip(block, inverted, strict=True):
             for j, entry in zip(block, row, strict=True):
                 result[i][j] = entry
+    return result
+
+
+def _adjugate(matrix: Matrix, most_terms: int) -> list[list[Expr]] | None:
+    size = len(matrix)
+    whole = determinant(matrix) if size <= LARGEST else ZERO
+    if is_zero(whole) or (size > 1 and _terms(whole) > most_terms):
+        return None
+    whole, result = tidy(whole), [[ZERO] * size for _ in matrix]
+    for i, j in combinations_with_replacement(range(size), 2):
+        result[i][j] = result[j][i] = tidy(minor(matrix, i, j) * (-1) ** (i + j) / whole)
     return result
 
 
@@ -84,16 +95,6 @@ def _terms(e: Expr) -> float:
         return len(expand(e).terms)
     except ExpressionError:
         return math.inf
-
-
-def _adjugate(matrix: Matrix) -> list[list[Expr]]:
-    whole = tidy(determinant(matrix))
-    indices = range(len(matrix))
-    result = [[ZERO] * len(matrix) for _ in matrix]
-    for i in indices:
-        for j in range(i, len(matrix)):
-            result[i][j] = result[j][i] = tidy(minor(matrix, i, j) * (-1) ** (i + j) / whole)
-    return result
 
 
 def minor(matrix: Matrix, row: int, column: int) -> Expr:
@@ -119,11 +120,6 @@ def short_determinant(matrix: Matrix) -> Expr:
     if math.prod(sum(1 for e in row if e) or 1 for row in matrix) > MOST_PRODUCTS:
         raise ExpressionError("the determinant is too large")
     return determinant(matrix)
-
-
-def is_regular(matrix: Matrix) -> bool:
-    """Whether no block of a symmetric matrix has a vanishing determinant."""
-    return not any(is_zero(determinant(part(matrix, block, block))) for block in blocks(matrix))
 
 
 def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:

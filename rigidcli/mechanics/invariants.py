@@ -133,7 +133,7 @@ def _motions(hamiltonian: Expr, phase: Phase, straight: Sequence[str]) -> list[E
         [coefficient(polynomial, size, i, j) * (2 if i == j else 1) for j in range(size)] for i in range(size)
     ]
     fixed = not any(e.names.intersection((*phase.coordinates, TIME)) for row in A for e in row)
-    masses = matrices.inverse(A) if fixed and matrices.is_regular(A) else None
+    masses = matrices.inverse(A) if fixed else None
     if masses is None:
         return []
     y = [total(m * symbol(q) for m, q in zip(row, phase.coordinates, strict=True)) for row in masses]

@@ -132,7 +132,7 @@ def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
         return None
     places = range(size)
     form = [[coefficient(polynomial, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
-    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
+    inverse = matrices.inverse(form)
     if inverse is None:
         return None
     linear = [coefficient(polynomial, size, place) for place in places]

@@ -1,18 +1,17 @@
 """Small oscillations M y'' + C y' + K y = 0: the matrices, the rates s of exp(s t), and their vectors.
 
-To first order in the displacement y from an equilibrium, M is the mass matrix there. Without forces beside L
-or H, C is antisymmetric: it comes from terms linear in the velocities, as of magnetic fields and rotating
-frames. K is the matrix of the second derivatives of the potential, with centrifugal terms. Hamilton's linear
-equations z' = A z are the case M = 0, C = 1, K = -A.
+To first order in the displacement y from an equilibrium, M is the mass matrix there, and K has the second
+derivatives of the potential, with centrifugal terms. Without forces beside L or H, C is antisymmetric, as
+from magnetic fields and rotating frames. Hamilton's linear equations z' = A z are the case M = 0, C = 1,
+K = -A. Coordinates that do not act on each other are solved apart.
 
-Rates are the roots of det(M s^2 + C s + K). Without forces beside L or H it is a polynomial in s^2.
-It is factored: factors of degree 1 and 2 have roots in closed form. Numbers are eigenvalues to some 70
-digits, so that a zero mode differs from a slow one, and what neither grows nor decays from what does.
+Rates are the roots of det(M s^2 + C s + K), without forces beside L or H a polynomial in s^2. Its factors of
+degree 1 and 2 have roots in closed form. Numbers are eigenvalues to some 70 digits, so that a zero mode
+differs from a slow one, and what neither grows nor decays from what does.
 
 Motion stays bounded if no rate has a positive real part, and a rate without a real part has as many vectors
 as its multiplicity. Where M and K are positive definite, and C is antisymmetric, all rates are imaginary.
-Coordinates that do not act on each other are solved apart. Signs, and which mode is the slower one, are
-those for the given values of parameters and positive ones of others.
+Signs, and which mode is the slower one, are those for the given parameters and positive values of others.
 
 Sources: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 6.1 to 6.3, where C and
 forces are missing; V. I. Arnold, Mathematical Methods of Classical Mechanics, appendix 6.
@@ -21,7 +20,7 @@ forces are missing; V. I. Arnold, Mathematical Methods of Classical Mechanics, a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias, cast
 
@@ -41,7 +40,7 @@ from rigidcli.algebra.simplification import tidy as short_form
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.trees import Style
 from rigidcli.algebra.values import enclosed, is_zero, sampled
-from rigidcli.core.arithmetic import Array, echelon
+from rigidcli.core.arithmetic import Array, Floats, echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 from rigidcli.mechanics.phase_space import Phase, linear
@@ -64,15 +63,20 @@ class LinearMotion(NamedTuple):
         With q' = A q + B p, p' = D q + E p they are p = M (q' - A q), where M = B^-1. Where B has no inverse,
         the motion stays one of first order, with M = 0, C = 1 and K = -A.
         """
-        size, whole = len(matrix) // 2, _array(matrix)
-        (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
-        masses = inverse_of(b.tolist())
+
+        def array(part: Matrix) -> Any:
+            return np.array(part, dtype=object)
+
+        size = len(matrix) // 2
+        halves = range(size), range(size, 2 * size)
+        a, b, d, e = (matrices.part(matrix, rows, columns) for rows in halves for columns in halves)
+        masses = matrices.inverse(b)
         if masses is None:
             one = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
-            return cls((0 * whole).tolist(), one, (-whole).tolist())
-        back = matrices.product(e.tolist(), masses)
-        rates = -_array(matrices.product(masses, a.tolist())) - _array(back)
-        stiffness = _array(matrices.product(back, a.tolist())) - d
+            return cls((0 * array(matrix)).tolist(), one, (-array(matrix)).tolist())
+        back = matrices.product(e, masses)
+        rates = -array(matrices.product(masses, a)) - array(back)
+        stiffness = array(matrices.product(back, a)) - array(d)
         return cls(masses, rates.tolist(), stiffness.tolist()).changed(short_form)
 
     @property
@@ -88,7 +92,7 @@ class LinearMotion(NamedTuple):
     @property
     def is_of_first_order(self) -> bool:
         """Whether there are no second derivatives."""
-        return not any(e for row in self.masses for e in row)
+        return not any(map(any, self.masses))
 
     def pencil(self, s: Expr, square: Expr) -> list[list[Expr]]:
         """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
@@ -108,13 +112,12 @@ class LinearMotion(NamedTuple):
 
 
 class Root(NamedTuple):
-    """A root s = `growth` + i `angular` of the determinant, with what it stands for.
+    """A root s = `growth` + i `angular` of the determinant (1/s), negative growth being decay.
 
-    `growth` (1/s) is negative where motion decays. `is_stable` is None of a zero mode, which is displaced to
-    another equilibrium and drifts there, and where the signs of symbols decide: the root is that for a
-    positive `condition`. A root that counts several `times` has as many vectors if it `is_whole`. Of two
-    conjugate roots that with `angular` >= 0 stands for both, and where -s is a root with s (`is_paired`),
-    the one that grows.
+    `is_stable` is None of a zero mode, which drifts to another equilibrium, and where the signs of symbols
+    decide: the root is that for a positive `condition`. A root that counts several `times` has as many
+    vectors if it `is_whole`. Two conjugate roots are given once, with `angular` >= 0, and where -s is a root
+    with s (`is_paired`), so are these, with the growth.
     """
 
     growth: float | Expr
@@ -139,12 +142,12 @@ def of_lagrange(
 ) -> LinearMotion:
     """Lagrange's equations near the equilibrium at the coordinates `place`."""
     there = {**place, **dict.fromkeys(velocities, ZERO)}
-
-    def slopes(names: Sequence[str]) -> list[list[Expr]]:
-        return [[short_form(substitute(derivative(r, name), there)) for name in names] for r in lagrange.rest]
-
-    masses = [[short_form(substitute(entry, there)) for entry in row] for row in lagrange.matrix]
-    return LinearMotion(masses, slopes(velocities), slopes(phase.coordinates))
+    rates, stiffness = (
+        [[derivative(r, name) for name in names] for r in lagrange.rest]
+        for names in (velocities, phase.coordinates)
+    )
+    motion = LinearMotion(lagrange.matrix, rates, stiffness)
+    return motion.changed(lambda e: short_form(substitute(e, there)))
 
 
 def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr] | None:
@@ -153,26 +156,14 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
     None where the velocities are not linear in the momenta, and no momenta are not it, either.
     """
     parts = linear(velocities, phase.momenta)
-    if parts is not None:
-        inverse = inverse_of(parts[0])
-        if inverse is None:
-            return None
-        values = [short_form(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse]
-        return dict(zip(phase.momenta, values, strict=True))
-    still = dict.fromkeys(phase.momenta, ZERO)
-    return still if all(is_zero(substitute(v, still)) for v in velocities) else None
-
-
-def _array(matrix: Matrix) -> Any:
-    return np.array(matrix, dtype=object)
-
-
-def inverse_of(matrix: Matrix) -> Matrix | None:
-    """The inverse; None where there is none, or it is too large."""
-    try:
-        return matrices.inverse(matrix)
-    except (ExpressionError, ZeroDivisionError):
+    if parts is None:
+        still = dict.fromkeys(phase.momenta, ZERO)
+        return still if all(is_zero(substitute(v, still)) for v in velocities) else None
+    inverse = matrices.inverse(parts[0])
+    if inverse is None:
         return None
+    values = (short_form(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse)
+    return dict(zip(phase.momenta, values, strict=True))
 
 
 # --- the roots
@@ -181,13 +172,13 @@ S = symbol("rate s")
 """The variable of characteristic polynomials, or its square; with a blank in it, it is no document's name."""
 
 SIGNS = 12
-"""Random points at which a root must have one sign, so that few of another sign are missed."""
+"""Random points at which a root must have one sign."""
 
 BITS = 256
 """Bits of numbers: 77 digits; a defective double eigenvalue keeps half of them."""
 
 ROUNDING = 1e-22
-"""Rates below this share of the largest are zero: rates of a system do not differ by so much."""
+"""Rates of numbers below this share of the largest are zero."""
 
 ROUNDING_OF_FLOATS = 1e-6
 """The same share where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
@@ -239,6 +230,11 @@ def _has_symbols(motion: LinearMotion) -> bool:
     return any(e.names or e.unknown for e in motion.entries)
 
 
+def _samples(expressions: Sequence[Expr], given: Values, count: int) -> Floats | None:
+    """Values of expressions at some points (count by n), with the given parameters, and positive others."""
+    return sampled(expressions, {name: float(value) for name, value in given.items()}, count)
+
+
 def sign_of(e: Expr, given: Values) -> int | None:
     """The sign that an expression has for given values, and any positive ones of other names."""
     try:
@@ -249,10 +245,10 @@ def sign_of(e: Expr, given: Values) -> int | None:
     return None if sign is None else sign[0]
 
 
-def is_positive_definite(matrix: Matrix, given: Values) -> bool:
+def _is_positive_definite(matrix: Matrix, given: Values) -> bool:
     """Whether a symmetric matrix is positive definite, by its leading minors."""
-    sizes = range(1, len(matrix) + 1)
-    minors = (matrices.short_determinant(matrices.part(matrix, range(k), range(k))) for k in sizes)
+    sizes = map(range, range(1, len(matrix) + 1))
+    minors = (matrices.short_determinant(matrices.part(matrix, size, size)) for size in sizes)
     return all(sign_of(minor, given) == 1 for minor in minors)
 
 
@@ -262,52 +258,38 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
     for block, own in motion.blocks():
         # Motion without forces is bounded by its energy, where that is positive definite. Where only M is,
         # and nothing depends on velocities, all s^2 are real.
-        is_definite = is_free and is_positive_definite(own.masses, given)
-        bounded = is_definite and is_positive_definite(own.stiffness, given)
-        are_real = is_definite and not any(e for row in own.rates for e in row)
+        is_definite = is_free and _is_positive_definite(own.masses, given)
+        bounded = is_definite and _is_positive_definite(own.stiffness, given)
+        are_real = is_definite and not any(map(any, own.rates))
         try:
             roots = list(_determinant_roots(own, given, bounded, are_real))
         except ExpressionError:
             if not are_real:
                 raise
-            for root in _numbers_by_one_unit(own, given):
-                known = [dict(zip(block, vector, strict=True)) for vector in root.vectors]
-                placed = [tuple(vector.get(k, (ZERO, ZERO)) for k in range(size)) for vector in known]
-                yield root._replace(vectors=tuple(placed))
-            continue
+            roots = list(_numbers_by_one_unit(own, given))
+        else:
+            roots = [
+                _with_vectors(own, root) if needs_vectors or (root.times > 1 and not root.growth) else root
+                for root in roots
+            ]
         for root in roots:
-            if not needs_vectors and (root.times == 1 or root.growth):
-                yield root
-                continue
-            vectors, count = _null_vectors(own, root)
-            if not vectors or 1 < count < len(vectors):
-                # Of several complex vectors it is open which are multiples of others.
-                raise ExpressionError("the vectors have no closed form")
-            is_whole = count == root.times or bool(root.growth)
-            inside = (cast(Expr, root.growth) + cast(Expr, root.angular)).everywhere()
-            written = {expand(atom.inner): atom.inner for atom in inside if isinstance(atom, Group)}
-            placed = []
-            for vector in vectors[:count]:
-                pairs = dict(zip(block, _from_first(vector, len(block)), strict=True))
-                shown = {k: (_with_radicands(re, written), im) for k, (re, im) in pairs.items()}
-                placed.append(tuple(shown.get(k, (ZERO, ZERO)) for k in range(size)))
-            stable = root.is_stable and is_whole
-            yield root._replace(is_stable=stable, is_whole=is_whole, vectors=tuple(placed))
+            known = (dict(zip(block, vector, strict=True)) for vector in root.vectors)
+            yield root._replace(
+                vectors=tuple(tuple(v.get(k, (ZERO, ZERO)) for k in range(size)) for v in known)
+            )
 
 
 def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
     """The roots of M y'' + K y = 0 whose matrices are numbers times one expression each, where none grows.
 
     Rates are sqrt(k/m) times numbers: 2 sin(pi p/q), as those of a chain of equal masses, or decimals.
-
-    Raises:
-        ExpressionError: the matrices are others.
+    Raises ExpressionError for other matrices.
     """
-    units, numbers = zip(*(_by_unit(matrix) for matrix in (motion.masses, motion.stiffness)), strict=True)
-    unit = positive_root(tidy(units[1] / units[0]), given)
+    (mass, masses), (spring, stiffness) = map(_by_unit, (motion.masses, motion.stiffness))
+    unit = positive_root(tidy(spring / mass), given)
     if not unit.names:
         raise ExpressionError("there are no symbols")
-    plain = LinearMotion(numbers[0], motion.rates, numbers[1])
+    plain = LinearMotion(masses, motion.rates, stiffness)
     for root in _numeric_roots(plain, is_free=True, rounding=ROUNDING):
         if root.growth:
             raise ExpressionError("motion grows")
@@ -321,10 +303,7 @@ def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
 
 
 def _by_unit(matrix: Matrix) -> tuple[Expr, Matrix]:
-    """A matrix as an expression times integers without a common divisor.
-
-    Raises ExpressionError where it is none.
-    """
+    """A matrix as an expression times integers without a common divisor; ExpressionError if it is none."""
     first = next(e for row in matrix for e in row if e)
     ratios = [[tidy(e / first).as_number for e in row] for row in matrix]
     known = [ratio for row in ratios for ratio in row if ratio is not None]
@@ -345,10 +324,9 @@ def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
     return sine if is_zero(matrices.short_determinant(motion.pencil(ZERO, -(sine**2)))) else None
 
 
-def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
+def _ascending(roots: Iterable[Root], given: Values) -> list[Root]:
     unordered = list(roots)
-    rates = [rate for root in unordered if isinstance(rate := root.rate, Expr)]
-    sizes = sampled(rates, {name: float(value) for name, value in given.items()}, count=1)
+    sizes = _samples([cast(Expr, root.rate) for root in unordered], given, 1)
     order = range(len(unordered)) if sizes is None else sizes[0].argsort(kind="stable")
     return [unordered[place] for place in order]
 
@@ -379,9 +357,8 @@ def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool, are_r
 
 def positive_root(square: Expr, given: Values) -> Expr:
     """The root of a square that no positive parameters make zero, in its shortest form."""
-    free = root_of_either_sign(square)
-    sizes = sampled([free], {name: float(value) for name, value in given.items()}, count=SIGNS)
-    root = square ** Fraction(1, 2)
+    free, root = root_of_either_sign(square), square ** Fraction(1, 2)
+    sizes = _samples([free], given, SIGNS)
     if sizes is None or sizes.min() < 0 < sizes.max():
         return root
     return shortest([root, tidy(free if sizes.min() >= 0 else -free)])
@@ -407,38 +384,37 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool, definit
     """
     if not a:
         return [_of_square(tidy(-c / b), given, -1 if bounded else None)]
-    a, b, c = map(tidy, (a, b, c))
     # s^2 = mean -+ sqrt(rest)/(2 a); the product of both is c/a. Signs are 1, -1, 0, or None where open.
-    mean, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
-    of_product, of_mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(mean, given))
+    a, b, c = map(tidy, (a, b, c))
+    mean, rest, product = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c), tidy(c / a)
+    of_product, of_mean = (1, -1) if bounded else (sign_of(product, given), sign_of(mean, given))
     of_rest = 1 if bounded or definite or of_product == -1 else sign_of(rest, given)
     if of_rest == 0:
         raise ExpressionError("it depends on symbols whether roots are equal")
     if of_rest == -1:
         # s = growth -+ i angular, with growth^2 - angular^2 = mean and growth^2 + angular^2 = sqrt(c/a)
-        size = positive_root(tidy(c / a), given)
+        size = positive_root(product, given)
         growth, angular = (positive_root(tidy((size + side * mean) / 2), given) for side in (1, -1))
         return [Root(growth, angular, False)]
     width = positive_root(rest, given)
-    larger, smaller = (
-        shortest([(-b + side * width) / (2 * a), tidy((-b + side * width) / (2 * a))]) for side in (1, -1)
-    )
-    if definite and of_product is None and of_mean:
+    squares = [(-b + side * width) / (2 * a) for side in (1, -1)]
+    signs: Sequence[int | None] = (None, None)
+    if of_product == -1:
+        signs = (1, -1)
+    elif of_product == 1 and of_rest:
+        signs = (of_mean, of_mean)
+    elif definite and of_product is None:
         # One s^2 has the sign of the mean; the other one is negative where the product has the other sign.
-        sure, open_ = (smaller, larger) if of_mean < 0 else (larger, smaller)
-        known = _of_square(sure, given, of_mean)
-        other = Root(ZERO, positive_root(-open_, given), None, tidy(-of_mean * c / a))
-        pair = [other, known] if of_mean < 0 else [known, other]
-    elif of_product == -1:
-        pair = [_of_square(larger, given, 1), _of_square(smaller, given, -1)]
-    else:
-        sign = of_mean if of_rest and of_product == 1 else None
-        pair = [_of_square(square, given, sign) for square in (larger, smaller)]
+        signs = [of_mean if of_mean == side else None for side in (1, -1)]
+    pair = [_of_square(shortest([e, tidy(e)]), given, sign) for e, sign in zip(squares, signs, strict=True)]
+    if definite and of_product is None and of_mean:
+        condition = tidy(-of_mean * product)
+        pair = [r if r.is_stable is not None else r._replace(condition=condition) for r in pair]
     if not of_rest:
         condition = tidy(rest / (4 * a**2))
         pair = [r._replace(is_stable=None, condition=condition) if r.is_stable else r for r in pair]
     both_oscillate = of_product == 1 and not any(root.growth for root in pair)
-    return _in_shorter_form(pair, mean, tidy(c / a), given) if both_oscillate else pair
+    return _in_shorter_form(pair, mean, product, given) if both_oscillate else pair
 
 
 def _in_shorter_form(pair: Sequence[Root], mean: Expr, product: Expr, given: Values) -> list[Root]:
@@ -468,47 +444,49 @@ def _damped(a: Expr, b: Expr, c: Expr, given: Values) -> list[Root]:
         condition = None if sign else -discriminant
         return [Root(middle, positive_root(-discriminant, given), decay <= 0, condition)]
     width = positive_root(discriminant, given) if sign else ZERO
-    values = [tidy(middle + side * width) for side in ((1, -1) if sign else (1,))]
-    signs = [sign_of(value, given) for value in values]
-    if decay is None or None in signs:
+    values = dict.fromkeys(tidy(middle + side * width) for side in (1, -1))
+    signs = {value: sign_of(value, given) for value in values}
+    if decay is None or None in signs.values():
         raise ExpressionError("it depends on symbols whether motion decays")
-    return [Root(value, ZERO, sign < 0 if sign else None) for value, sign in zip(values, signs, strict=True)]
+    return [Root(value, ZERO, sign < 0 if sign else None) for value, sign in signs.items()]
 
 
-def _null_vectors(motion: LinearMotion, root: Root) -> tuple[list[list[Expr]], int]:
-    """What M s^2 + C s + K takes to zero, as real vectors, or real parts before imaginary ones; how many."""
-    growth: Any = root.growth
-    angular: Any = root.angular
+def _with_vectors(motion: LinearMotion, root: Root) -> Root:
+    """The root with its vectors, each over its first entry that is not zero.
+
+    Raises ExpressionError where they have no closed form.
+    """
+    growth, angular = cast(Expr, root.growth), cast(Expr, root.angular)
     square, double = tidy(growth**2 - angular**2), tidy(2 * growth * angular)
     rows = list(zip(*motion.parts, strict=True))
     real = [[tidy(m * square + c * growth + k) for m, c, k in zip(*row, strict=True)] for row in rows]
     imaginary = [[tidy(m * double + c * angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
-    if not any(e for row in imaginary for e in row):
-        vectors = matrices.null_vectors(real)
-        return vectors, len(vectors)
-    # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
-    both = [[*x, *(-e for e in y)] for x, y in zip(real, imaginary, strict=True)]
-    both += [[*y, *x] for x, y in zip(real, imaginary, strict=True)]
-    vectors = matrices.null_vectors(both)
-    return vectors, len(vectors) // 2
-
-
-def _from_first(vector: Sequence[Expr], size: int) -> list[tuple[Expr, Expr]]:
-    """A vector of this size over its first entry that is not zero."""
-    if len(vector) == size:
-        first = next(e for e in vector if e)
-        return [(tidy(e / first), ZERO) for e in vector]
-    pairs = list(zip(vector[:size], vector[size:], strict=True))
-    re, im = next((re, im) for re, im in pairs if re or im)
-    square = re**2 + im**2
-    return [(tidy((x * re + y * im) / square), tidy((y * re - x * im) / square)) for x, y in pairs]
+    size, is_real = len(real), not any(map(any, imaginary))
+    matrix = real
+    if not is_real:
+        # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
+        matrix = [[*x, *(-e for e in y)] for x, y in zip(real, imaginary, strict=True)]
+        matrix += [[*y, *x] for x, y in zip(real, imaginary, strict=True)]
+    found = matrices.null_vectors(matrix)
+    count = len(found) if is_real else len(found) // 2
+    if not found or 1 < count < len(found):
+        # Of several complex vectors it is open which are multiples of others.
+        raise ExpressionError("the vectors have no closed form")
+    atoms = (growth + angular).everywhere()
+    written = {expand(atom.inner): atom.inner for atom in atoms if isinstance(atom, Group)}
+    vectors = []
+    for vector in found[:count]:
+        pairs = list(zip(vector[:size], vector[size:] or [ZERO] * size, strict=True))
+        re, im = next(pair for pair in pairs if any(pair))
+        over = re**2 + im**2
+        quotients = ((tidy((x * re + y * im) / over), tidy((y * re - x * im) / over)) for x, y in pairs)
+        vectors.append(tuple((_with_radicands(x, written), y) for x, y in quotients))
+    is_whole = count == root.times or bool(root.growth)
+    return root._replace(is_stable=root.is_stable and is_whole, is_whole=is_whole, vectors=tuple(vectors))
 
 
 def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
-    """An expression with its sums as they are `written`, so that vectors have the roots of their rate.
-
-    The keys are the sums multiplied out.
-    """
+    """An expression with its sums as they are `written`, by the sums multiplied out: those of its root."""
 
     def change(atom: Atom) -> Expr | None:
         if not isinstance(atom, Group):
@@ -524,24 +502,21 @@ def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list
     Raises:
         ZeroDivisionError: the mass matrix is singular.
     """
-    from flint import acb, acb_mat, ctx
+    from flint import acb_mat, ctx
 
     with ctx.workprec(BITS):
         matrix, is_square = _companion(motion, is_free)
         values, vectors = acb_mat(matrix).eig(right=True, algorithm="approx")
-        if is_square:
-            # What is left beside a negative square is rounding; the root of it would be of either sign.
-            real = [abs(value.imag) <= rounding * abs(value) for value in values]
-            values = [acb(v.real if is_real else v).sqrt() for v, is_real in zip(values, real, strict=True)]
-        # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
-        sizes = [abs(enclosed(row[i], {}, BITS)) for i, row in enumerate(motion.masses)]
-        weights = [size.sqrt() if size != 0 else size + 1 for size in sizes]
-        rows = [[vectors[i, j] * w for i, w in enumerate(weights)] for j in range(len(values))]
-        columns = np.array([[complex(e / max(map(abs, row))) for e in row] for row in rows])
-        rates = np.array(list(map(complex, values)))
+    rates = np.array(list(map(complex, values)))
+    if is_square:
+        # What is left beside a negative square is rounding; the root of it would be of either sign.
+        rates = np.sqrt(_without_rounding(rates, rounding))
     rates[np.abs(rates) <= rounding * np.abs(rates).max()] = 0
-    for part in (rates.real, rates.imag):
-        part[np.abs(part) <= rounding * np.abs(rates)] = 0
+    rates = _without_rounding(rates, rounding)
+    # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
+    weights = np.sqrt([abs(float(row[i])) or 1.0 for i, row in enumerate(motion.masses)])
+    rows = [[vectors[i, j] for i in range(len(weights))] for j in range(len(rates))]
+    columns = weights * np.array([[complex(e / max(map(abs, row))) for e in row] for row in rows])
     roots, left = list[Root](), list(range(len(rates)))
     while left:
         rate = complex(rates[left[0]])
@@ -555,9 +530,16 @@ def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list
         # With fewer vectors than there are equal roots, motion grows by powers of the time.
         whole = bool(rate.real) or rank == times
         stable = None if not rate else rate.real < 0 or (not rate.real and whole)
-        shown = tuple(_independent(units, rank, np.array(list(map(float, weights)))))
+        shown = tuple(_independent(units, rank, weights))
         roots.append(Root(rate.real, rate.imag, stable, None, times, whole, is_free or is_square, shown))
     return sorted(roots, key=lambda root: (root.rate, root.angular))
+
+
+def _without_rounding(values: Array, rounding: float) -> Array:
+    """Complex numbers without real or imaginary parts that are a small share of them."""
+    for part in (values.real, values.imag):
+        part[np.abs(part) <= rounding * np.abs(values)] = 0.0
+    return values
 
 
 def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
@@ -572,7 +554,7 @@ def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
     if motion.is_of_first_order:
         return -stiffness, False
     back, damping, size = masses.solve(stiffness), masses.solve(rates), len(motion.masses)
-    if is_free and not any(e for row in motion.rates for e in row):
+    if is_free and not any(map(any, motion.rates)):
         return -back, True
     rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
     rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
