@@ -134,7 +134,7 @@ def _applied(function: str, argument: Expr) -> Expr:
         return known
     if function in ("sin", "cos", "tan") and (value := _of_angle(function, argument)) is not None:
         return value
-    inner = _only_atom(argument)
+    inner = only_atom(argument)
     if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
         return _COMPOSED[function, inner.function](inner.arguments[0])
     if function == "log" and inner is None and len(argument.terms) == 1:
@@ -182,7 +182,8 @@ def _of_angle(function: str, argument: Expr) -> Expr | None:
     return None if value is None else scaled(value, 1 if place < 2 else -1)
 
 
-def _only_atom(e: Expr) -> Atom | None:
+def only_atom(e: Expr) -> Atom | None:
+    """The atom that an expression is; None where it is something else."""
     if len(e.terms) == 1:
         ((monomial, coefficient),) = e.terms.items()
         if coefficient == 1 and len(monomial) == 1 and monomial[0][1] == 1:

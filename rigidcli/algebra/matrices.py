@@ -60,6 +60,11 @@ def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
     return [[total(row[k] * b for k, b in column.items() if k in row) for column in columns] for row in rows]
 
 
+def times(matrix: Matrix, vector: Sequence[Expr]) -> list[Expr]:
+    """The product of a matrix and a vector."""
+    return [total(a * b for a, b in zip(row, vector, strict=True) if a) for row in matrix]
+
+
 def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:
     """The inverse of a symmetric matrix (n by n), by blocks; None if there is none, or it would be too large.
 

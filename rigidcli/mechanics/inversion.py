@@ -24,7 +24,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
 from itertools import combinations_with_replacement
 from typing import NamedTuple
 
@@ -33,22 +32,9 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, has_degrees
-from rigidcli.algebra.expressions import (
-    ONE,
-    PI,
-    ZERO,
-    Expr,
-    atomic,
-    expr,
-    factored,
-    gathered,
-    power,
-    product,
-    symbol,
-    total,
-)
+from rigidcli.algebra.expressions import PI, ZERO, Expr, expr, factored, gathered, product, symbol, total
 from rigidcli.algebra.fractions import factors
-from rigidcli.algebra.functions import apply
+from rigidcli.algebra.functions import apply, only_atom
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
@@ -106,14 +92,9 @@ class Branch(NamedTuple):
 
 def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All real inverses of dK/dv = P; none if no way leads to a closed form."""
-    ways = [partial(_of_root, K, velocities, momenta)]
-    if len(velocities) > 1:
-        ways.append(partial(_of_length, K, velocities, momenta))
-    else:
-        ways += [partial(way, K, velocities[0], momenta[0]) for way in (_of_powers, _undone)]
-    for way in ways:
+    for way in (_of_root, _of_length) if len(velocities) > 1 else (_of_root, _of_powers, _undone):
         with suppress(ExpressionError, ComputationError):
-            if branches := way():
+            if branches := way(K, velocities, momenta):
                 return branches
     return []
 
@@ -136,7 +117,7 @@ def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
     if inverse is None:
         return None
     linear = [coefficient(polynomial, size, place) for place in places]
-    shift = [tidy(e / 2) for e in _times(inverse, linear)]
+    shift = [tidy(e / 2) for e in matrices.times(inverse, linear)]
     rest = tidy(coefficient(polynomial, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
     return _Square(shift, rest, inverse)
 
@@ -147,10 +128,6 @@ def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
     return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
 
 
-def _times(matrix: matrices.Matrix, vector: Sequence[Expr]) -> list[Expr]:
-    return [total(a * b for a, b in zip(row, vector, strict=True)) for row in matrix]
-
-
 def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse where K^2 is a quadratic polynomial: first the form where the system may be at rest."""
     is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
@@ -158,14 +135,10 @@ def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
     square = _completed(polynomial, len(velocities))
     if square is None or square.rest.is_zero:
         return []
-    a, shift, raised = square.rest, square.shift, _times(square.inverse, momenta)
+    a, shift, raised = square.rest, square.shift, matrices.times(square.inverse, momenta)
     below = _value([[tidy(-a * entry) for entry in row] for row in square.inverse], momenta) + a
     D = tidy(below) ** HALF
-    if len(K.terms) == 1:
-        ((monomial, number),) = K.terms.items()
-        outside = gathered(number, {b: n for b, n in monomial if b.names.isdisjoint(velocities)})
-    else:
-        outside = substitute(K, {v: -s for v, s in zip(velocities, shift, strict=True)})
+    outside = substitute(K, {v: -s for v, s in zip(velocities, shift, strict=True)})
     (sign, odd), (side, other) = _odd_part(outside), _odd_part(a)
     region = side * odd * other
     if region.sign() == -1:
@@ -205,7 +178,7 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
         return []
     s = tidy(_value(square.inverse, momenta)) / (n * A) ** 2
-    raised = _times(square.inverse, momenta)
+    raised = matrices.times(square.inverse, momenta)
     rates = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
     return [Branch(rates, energy).shifted(square.shift, momenta)]
@@ -220,11 +193,13 @@ def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
     return (coefficients(moving[0], velocities) or {}) if len(moving) == 1 else {}
 
 
-def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
+def _of_powers(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """K = A u^n + B u + C with u = v + s, multiplied out or not; or K = A |u|^n.
 
     The second derivative F = n (n - 1) A u^(n - 2) alone tells the exponent and u = (n - 2) F/F'.
     """
+
+    (v,), (P,) = velocities, momenta
 
     def inner(atom: Atom) -> Expr | None:
         if isinstance(atom, Applied) and atom.function == "abs" and v in atom.names:
@@ -260,9 +235,9 @@ def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
     return [way._replace(hamiltonian=way.hamiltonian - C).shifted([shift], [P]) for way in ways]
 
 
-def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
+def _undone(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """The inverses of one velocity that come from undoing what is done to it, and hold at sample points."""
-    momentum = symbol("momentum P")
+    (v,), (P,), momentum = velocities, momenta, symbol("momentum P")
     slope = tidy(derivative(K, v))
     ways: dict[Expr, Branch] = {}
     for u, conditions, period in solutions(slope, v, momentum):
@@ -300,16 +275,7 @@ def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, mo
 
 def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
     """Conditions without the factors that do not change their sign, and without what always holds."""
-    needed = {}
-    for e in conditions:
-        size, monomial = factored(tidy(e))
-        odd = {
-            a: 1 if n > 0 or isinstance(a, Group) else -1
-            for a, n in monomial
-            if n.numerator * n.denominator % 2
-        }
-        kept = gathered(1 if size > 0 else -1, {a: n for a, n in odd.items() if not is_positive(a)})
-        needed[tidy(kept)] = True
+    needed = dict.fromkeys(tidy(sign * odd) for sign, odd in map(_odd_part, map(tidy, conditions)))
     return tuple(e for e in needed if not (e.sign() == 1 and e.is_strict()))
 
 
@@ -320,11 +286,13 @@ def _on_main_branch(e: Expr) -> Expr:
     """An expression with x for atan(tan(x)), as it is where the conditions of the inverses hold."""
 
     def change(atom: Atom) -> Expr | None:
-        if isinstance(atom, Applied):
-            for other in atom.arguments[0].atoms:
-                whole = isinstance(other, Applied) and atom.arguments[0] == atomic(other)
-                if isinstance(other, Applied) and whole and (atom.function, other.function) in _MAIN:
-                    return expr(other.arguments[0])
+        inner = only_atom(atom.arguments[0]) if isinstance(atom, Applied) else None
+        if (
+            isinstance(atom, Applied)
+            and isinstance(inner, Applied)
+            and (atom.function, inner.function) in _MAIN
+        ):
+            return expr(inner.arguments[0])
         return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
 
     return mapped(e, change)
@@ -344,12 +312,9 @@ def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
         yield from _of_polynomial({n: c for (n,), c in polynomial.items()}, r)
         return
     moving = {factor for m in e.terms for factor in m if v in factor[0].names}
-    if r.is_zero and len(e.terms) == 1:
-        for atom, n in moving:
-            yield from solutions(_base(atom), v) if n > 0 and isinstance(atom, Group) else ()
-    elif len(moving) == 1:
+    if len(moving) == 1:
         ((atom, n),) = moving
-        for u, conditions in _roots(tidy(r * power(_base(atom), n) / e), Fraction(n)):
+        for u, conditions in _roots(tidy(r * _base(atom) ** n / e), Fraction(n)):
             yield from ((x, (*conditions, *more), t) for x, more, t in _of_atom(atom, v, u))
     else:
         yield from _of_several(e, v, r, moving)
@@ -363,9 +328,8 @@ def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solutio
     """The roots of a polynomial without a constant that has one power, or one and its square."""
     first, *others = sorted(polynomial)
     if not others:
-        yield from (
-            (u, conditions, None) for u, conditions in _roots(tidy(r / polynomial[first]), Fraction(first))
-        )
+        for u, conditions in _roots(tidy(r / polynomial[first]), Fraction(first)):
+            yield u, conditions, None
     elif others == [2 * first]:
         a, b = polynomial[2 * first], polynomial[first]
         shift = tidy(b / (2 * a))
@@ -378,8 +342,7 @@ def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solutio
 def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
     """The real u with u^n = w."""
     if n.numerator % 2 and n.denominator % 2:
-        size = apply("sign", w) * apply("abs", w) ** (1 / n) if n not in (1, -1) else power(w, n)
-        yield size, ()
+        yield apply("sign", w) * apply("abs", w) ** (1 / n) if n not in (1, -1) else w**n, ()
     else:
         yield w ** (1 / n), (w,)
         if n.numerator % 2 == 0:
@@ -407,20 +370,15 @@ def _of_atom(atom: Atom, v: str, u: Expr) -> Iterator[_Solution]:
 
 
 def _of_several(e: Expr, v: str, r: Expr, moving: set[tuple[Atom, Rational]]) -> Iterator[_Solution]:
-    """The solutions where the name stands in several places: a root is squared, a sine is over its cosine."""
+    """The solutions where the name stands in several places: a square root is isolated, and squared."""
     for atom, n in sorted(moving, key=lambda factor: factor[0].key):
-        holding = Expr({m: c for m, c in e.terms.items() if (atom, n) in m})
-        above, rest = holding / gathered(1, {atom: n}), e - holding - r
         if isinstance(atom, Group) and n.denominator == 2:
-            squared = expand(above**2 * power(atom.inner, 2 * n) - rest**2)
+            holding = Expr({m: c for m, c in e.terms.items() if (atom, n) in m})
+            above, rest = holding / gathered(1, {atom: n}), e - holding - r
+            squared = expand(above**2 * atom.inner ** (2 * n) - rest**2)
             fewer = 0 < len(_under_roots(squared, v)) < len(_under_roots(e, v))
             yield from solutions(squared, v) if fewer else _of_fraction(arithmetic.tidy(squared), v)
             return
-        if isinstance(atom, Applied) and atom.function == "sin" and n == 1:
-            slope = tidy(-rest / (above * apply("cos", *atom.arguments)))
-            if v not in slope.names:
-                yield from solutions(atom.arguments[0], v, apply("atan", slope))
-                return
     yield from _of_fraction(arithmetic.tidy(e - r), v)
 
 
@@ -429,26 +387,25 @@ def _under_roots(e: Expr, v: str) -> set[Atom]:
 
 
 def _of_fraction(e: Expr, v: str) -> Iterator[_Solution]:
-    above = product(f for f, n in factors(e) if n > 0 and v in f.names)
-    polynomial: Polynomial | None = coefficients(expand(above), [v])
+    above = expand(product(f for f, n in factors(e) if n > 0 and v in f.names))
+    polynomial = coefficients(above, [v])
     if polynomial is not None and len(polynomial) <= 3:
-        yield from solutions(expand(above), v)
+        yield from solutions(above, v)
 
 
 def _tangents(e: Expr) -> Expr:
     """The expression with tan and tanh for quotients of a sine and a cosine."""
     parts = []
     for monomial, c in e.terms.items():
-        exponents = dict(monomial)
-        made = ONE
+        part = Expr({monomial: c})
         for atom, n in monomial:
-            if isinstance(atom, Applied) and atom.function in ("sin", "sinh") and exponents[atom] == n:
-                for other, k in monomial:
-                    is_other = isinstance(other, Applied) and other.function == f"cos{atom.function[3:]}"
-                    if is_other and other.arguments == atom.arguments and k == -n:  # type: ignore[attr-defined]
-                        made *= apply(f"tan{atom.function[3:]}", *atom.arguments) ** n
-                        exponents[atom] = exponents[other] = 0
-        parts.append(gathered(c, exponents) * made)
+            if isinstance(atom, Applied) and atom.function in ("sin", "sinh"):
+                ending = atom.function.removeprefix("sin")
+                sine, cosine, tangent = (apply(f + ending, *atom.arguments) for f in ("sin", "cos", "tan"))
+                quotient = (sine / cosine) ** n
+                if set(*quotient.terms) <= {*monomial}:
+                    part *= tangent**n / quotient
+        parts.append(part)
     return total(parts)
 
 
