@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TypeAlias, TypeGuard
 
@@ -92,6 +92,12 @@ def _is_smooth(atom: Atom) -> bool:
 
 def _is_natural(exponent: Rational) -> bool:
     return exponent.denominator == 1 and exponent > 0
+
+
+def free_of(names: Iterable[str], e: Expr) -> Expr:
+    """The terms of a sum that hold none of these names."""
+    known = frozenset(names)
+    return Expr({m: c for m, c in e.terms.items() if all(known.isdisjoint(a.names) for a, _ in m)})
 
 
 Polynomial: TypeAlias = dict[tuple[int, ...], Expr]

@@ -31,7 +31,7 @@ from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, has_degrees
+from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, free_of, has_degrees
 from rigidcli.algebra.expressions import PI, ZERO, Expr, expr, factored, gathered, product, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply, only_atom
@@ -305,7 +305,7 @@ _Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
 def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
     """The values of a name at which an expression is r."""
     e = _tangents(e)
-    still = total(Expr({m: c}) for m, c in e.terms.items() if all(v not in atom.names for atom, _ in m))
+    still = free_of([v], e)
     e, r = e - still, tidy(r - still)
     polynomial = coefficients(e, [v])
     if polynomial is not None:

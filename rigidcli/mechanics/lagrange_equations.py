@@ -56,17 +56,14 @@ class LagrangeEquations:
     @cached_property
     def equations(self) -> tuple[Expr, ...]:
         """Expressions that vanish along every motion."""
-        a = [symbol(name) for name in self.names]
-        sums = (total(m * x for m, x in zip(row, a, strict=True) if m) for row in self.matrix)
+        sums = matrices.times(self.matrix, list(map(symbol, self.names)))
         return tuple(over_shared_sums(e + r) for e, r in zip(sums, self.rest, strict=True))
 
     @cached_property
     def accelerations(self) -> tuple[Expr, ...] | None:
         """a = -M^-1 r; None where the inverse would be too large to read."""
         inverse = matrices.inverse(self.matrix, matrices.FEW_TERMS)
-        if inverse is None:
-            return None
-        return tuple(tidy(total(-m * r for m, r in zip(row, self.rest, strict=True) if m)) for row in inverse)
+        return None if inverse is None else tuple(tidy(-e) for e in matrices.times(inverse, self.rest))
 
 
 def lagrange_equations(
@@ -251,11 +248,8 @@ def multipliers(
     solved = matrices.inverse([[tidy(e) for e in row] for row in couplings], matrices.FEW_TERMS)
     if solved is None:
         return None
-    right = [
-        tidy(total([*(a * r for a, r in zip(row, rest, strict=True)), -one.turning]))
-        for row, one in zip(lighter, constraints, strict=True)
-    ]
-    return tuple(tidy(total(a * b for a, b in zip(row, right, strict=True))) for row in solved)
+    right = [tidy(e - one.turning) for e, one in zip(matrices.times(lighter, rest), constraints, strict=True)]
+    return tuple(map(tidy, matrices.times(solved, right)))
 
 
 def fixed(constraints: Sequence[Constraint], velocities: Mapping[str, str]) -> dict[str, Expr]:

@@ -37,7 +37,7 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Group, Symbol
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
+from rigidcli.algebra.expansion import coefficient, coefficients, expand, free_of, has_degrees
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, product, symbol, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
@@ -87,7 +87,6 @@ def legendre_transform(
     L is given by particles.
     """
     momenta = momenta or canonical_momenta(lagrangian, velocities)
-    moving, still = _apart(lagrangian, velocities)
     matrix, P = momenta.mass_matrix, [symbol(name) for name in names]
     curved = [
         block
@@ -96,43 +95,28 @@ def legendre_transform(
     ]
     try:
         if curved:
-            return _mixed(moving, still, curved, velocities, P, values or {}, typed)
-        branch = _quadratic(lagrangian, moving, still, momenta, velocities, P, squares)
+            return _mixed(lagrangian, curved, velocities, P, values or {}, typed)
+        branch = _quadratic(lagrangian, momenta, velocities, P, squares)
     except ExpressionError:
         return []
     return [] if branch is None else [branch]
 
 
-def _apart(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, Expr]:
-    """The terms with velocities, and the others, as they are typed."""
-    still = Expr(
-        {m: c for m, c in lagrangian.terms.items() if all(a.names.isdisjoint(velocities) for a, _ in m)}
-    )
-    return lagrangian - still, still
-
-
 def _quadratic(
-    lagrangian: Expr,
-    moving: Expr,
-    still: Expr,
-    momenta: Momenta,
-    velocities: Sequence[str],
-    P: Sequence[Expr],
-    squares: Squares,
+    lagrangian: Expr, momenta: Momenta, velocities: Sequence[str], P: Sequence[Expr], particles: Squares
 ) -> Branch | None:
-    at_rest = dict.fromkeys(velocities, ZERO)
-    linear = [substitute(p, at_rest) for p in momenta.definitions]
-    rest = substitute(moving, at_rest)
-    shifted = [p - b for p, b in zip(P, linear, strict=True)]
+    at_rest, potential = dict.fromkeys(velocities, ZERO), free_of(velocities, lagrangian)
+    rest = substitute(lagrangian - potential, at_rest)
+    shifted = [p - substitute(b, at_rest) for p, b in zip(P, momenta.definitions, strict=True)]
     coordinates = [v.removesuffix("dot") for v in velocities]
     typed = typed_squares(lagrangian, velocities)
-    inverse = of_blocks(momenta.mass_matrix, shifted, typed, squares, coordinates)
+    inverse = of_blocks(momenta.mass_matrix, shifted, typed, particles, coordinates)
     if inverse is None:
         return None
     energy = over_shared_sums(total(inverse[1]))
-    forms = [energy - _cancelled(still, rest)]
-    if any(linear):
-        forms += _by_degrees(energy, still + rest, P)
+    forms = [energy - _cancelled(potential, rest)]
+    if shifted != P:
+        forms += _by_degrees(energy, potential + rest, P)
     return Branch(tuple(inverse[0]), shortest(forms))
 
 
@@ -141,10 +125,14 @@ def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]
     with suppress(ExpressionError):
         polynomial = coefficients(energy, list(map(str, momenta)))
         if polynomial is not None and len(polynomial) <= matrices.LARGEST**2:
-            parts: list[list[Expr]] = [[], [], []]
-            for powers, e in polynomial.items():
-                parts[sum(powers)].append(product([e, *(p**n for p, n in zip(momenta, powers, strict=True))]))
-            free, linear, quadratic = map(total, parts)
+            free, linear, quadratic = (
+                total(
+                    product([e, *(p**n for p, n in zip(momenta, powers, strict=True))])
+                    for powers, e in polynomial.items()
+                    if sum(powers) == degree
+                )
+                for degree in range(3)
+            )
             return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
     return []
 
@@ -159,8 +147,7 @@ def _cancelled(typed: Expr, rest: Expr) -> Expr:
 
 
 def _mixed(
-    moving: Expr,
-    still: Expr,
+    lagrangian: Expr,
     curved: Sequence[Sequence[int]],
     velocities: Sequence[str],
     P: Sequence[Expr],
@@ -168,6 +155,8 @@ def _mixed(
     typed: Sequence[Expr],
 ) -> list[Branch]:
     """Invert each block of velocities in which L is not quadratic (`curved`) by itself."""
+    still = free_of(velocities, lagrangian)
+    moving = lagrangian - still
     parts = _of_groups(moving, curved, velocities) or _of_groups(expand(moving), curved, velocities)
     if parts is None:
         return []
@@ -178,10 +167,10 @@ def _mixed(
         K = expand(K)
         terms = [(Expr({m: c}), coefficients(Expr({m: c}), names)) for m, c in K.terms.items()]
         linear = total(term for term, polynomial in terms if has_degrees(polynomial, 1))
-        K, constant = _apart(K - linear, names)
+        constant = free_of(names, K - linear)
         still += constant
         shifted = [P[k] - derivative(linear, velocities[k]) for k in group]
-        options.append(_likely(inverted(K, names, shifted), values, typed))
+        options.append(_likely(inverted(K - linear - constant, names, shifted), values, typed))
     rest = ZERO
     if plain:
         kept = [v for k, v in enumerate(velocities) if not any(k in group for group in curved)]
@@ -216,12 +205,11 @@ def _likely(branches: Sequence[Branch], values: Mapping[str, Expr], typed: Seque
         size, monomial = factored(e)
         return (size > 0) == (sum(atom in turned for atom, _ in monomial) % 2 == 0)
 
-    signs = [[substitute(e, values) for e in branch.region] for branch in branches]
-    possible = [
-        branch
-        for branch, own in zip(branches, signs, strict=True)
-        if not any(not e.names and e.evaluate() <= 0 for e in own)
-    ]
+    def is_possible(e: Expr) -> bool:
+        there = substitute(e, values)
+        return bool(there.names) or float(there) > 0
+
+    possible = [branch for branch in branches if all(map(is_possible, branch.region))]
     possible.sort(key=lambda branch: not all(map(is_typed, branch.region)))
     return [branch for branch in possible if branch.region == possible[0].region]
 
@@ -320,7 +308,7 @@ def _by_inverse(
     size = range(len(momenta))
 
     def velocities() -> Sequence[Expr]:
-        return [tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size]
+        return list(map(tidy, matrices.times(inverse, momenta)))
 
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.

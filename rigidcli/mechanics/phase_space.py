@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from rigidcli.algebra.atoms import Applied, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficient, coefficients, has_degrees
+from rigidcli.algebra.expansion import coefficient, coefficients, free_of, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.simplification import is_product, shortest, spread, tidy
 from rigidcli.algebra.substitution import substitute
@@ -43,9 +43,7 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
         for v, name in zip(velocities, phase.momenta, strict=True)
     ]
     parts = spread(hamiltonian)
-    potential = Expr(
-        {m: c for m, c in parts.terms.items() if all(a.names.isdisjoint(phase.momenta) for a, _ in m)}
-    )
+    potential = free_of(phase.momenta, parts)
     return (*velocities, *(_force(parts - potential, potential, name, phase) for name in phase.coordinates))
 
 

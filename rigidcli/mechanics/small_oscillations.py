@@ -162,7 +162,7 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
     inverse = matrices.inverse(parts[0])
     if inverse is None:
         return None
-    values = (short_form(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse)
+    values = (short_form(-e) for e in matrices.times(inverse, parts[1]))
     return dict(zip(phase.momenta, values, strict=True))
 
 
