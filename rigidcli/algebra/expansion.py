@@ -127,6 +127,14 @@ def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
     return {exponents: value for exponents, value in sums.items() if value.terms}
 
 
+def polynomial_sum(polynomial: Polynomial, variables: Sequence[Expr]) -> Expr:
+    """The sum of the terms of a polynomial in some variables."""
+    return total(
+        product([e, *(x**n for x, n in zip(variables, powers, strict=True))])
+        for powers, e in polynomial.items()
+    )
+
+
 def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
     """The coefficient of the product of the variables at these places, of `size` variables in all."""
     return polynomial.get(tuple(map(places.count, range(size))), ZERO)

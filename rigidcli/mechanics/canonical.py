@@ -36,8 +36,8 @@ from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
-from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
+from rigidcli.algebra.expansion import coefficients, polynomial_sum
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
@@ -54,8 +54,8 @@ def brackets(values: Mapping[str, Expr], pairs: Phase, phase: Phase) -> dict[tup
 
 def expected(a: str, b: str, pairs: Phase) -> Expr:
     """What the bracket of two variables is, if they are canonical."""
-    conjugate = b in pairs.momenta and a in pairs.coordinates
-    return ONE if conjugate and pairs.coordinates.index(a) == pairs.momenta.index(b) else ZERO
+    names = pairs.names
+    return ONE if names.index(b) - names.index(a) == len(pairs.coordinates) else ZERO
 
 
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
@@ -236,7 +236,8 @@ class Change:
 
         K is held to H for all variables, or for positive ones, as roots may have either sign.
         """
-        is_given, signs = self.values.keys() == {*self.old.names}, self._signs(hamiltonian)
+        is_given = self.values.keys() == {*self.old.names}
+        signs = next(_points((hamiltonian, *self.values.values()), self.values), RootSigns({}))
         old = self.values if is_given else inverse(self.values, self.new, self.old, signs)
         if old is None:
             return None
@@ -250,27 +251,23 @@ class Change:
             rates = [derivative(added, name) for name in self.new.names]
         else:
             misses = [substitute(k - added, self.values) - hamiltonian]
-            rates = self._rates()
             slopes = [substitute(slope, self.values) for slope in slopes]
+            # dR/dZ by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta
+            moved = {name: derivative(self.values[name], TIME) for name in self.new.names}
+            rates = [*(-moved[P] for P in self.new.momenta), *(moved[Q] for Q in self.new.coordinates)]
         misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
         positive = positive_names(misses, (*(self.new if is_given else self.old).names, TIME))
         return None if positive is None else NewHamiltonian(k, old, positive)
 
-    def _rates(self) -> list[Expr]:
-        """What dR/dZ is, by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta."""
-        turned = [-derivative(self.values[name], TIME) for name in self.new.momenta]
-        return [*turned, *(derivative(self.values[name], TIME) for name in self.new.coordinates)]
 
-    def _signs(self, hamiltonian: Expr) -> RootSigns:
-        """A point at which all variables have values, positive ones on the right-hand sides."""
-        exprs = (hamiltonian, *self.values.values())
-        names = {name for e in exprs for name in e.names}.difference(self.values)
-        for point in sample_points(sorted(names), {}):
-            here = RootSigns(point)
-            values = {name: here.value(e) for name, e in self.values.items()}
-            if all(map(math.isfinite, values.values())):
-                return RootSigns({**point, **values})
-        return RootSigns({})
+def _points(expressions: Sequence[Expr], values: Mapping[str, Expr]) -> Iterator[RootSigns]:
+    """Points at which variables have `values`, and the other names in the expressions are positive."""
+    names = {name for e in expressions for name in e.names}.difference(values)
+    for point in sample_points(sorted(names), {}):
+        here = RootSigns(point)
+        there = {name: here.value(e) for name, e in values.items()}
+        if all(map(math.isfinite, there.values())):
+            yield RootSigns({**point, **there})
 
 
 def added_by_forces(
@@ -292,15 +289,15 @@ def added_by_forces(
 def _added_slopes(old: Mapping[str, Expr], phase: Phase, new: Phase) -> list[Expr]:
     """dR/dZ (2n) for old variables z(Z, t): sum_i dq_i/dZ dp_i/dt - dp_i/dZ dq_i/dt."""
     pairs = [(old[q], old[p]) for q, p in zip(phase.coordinates, phase.momenta, strict=True)]
-    return [
-        tidy(
-            total(
-                derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
-                for q, p in pairs
-            )
+
+    def slope(name: str) -> Expr:
+        parts = (
+            derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
+            for q, p in pairs
         )
-        for name in new.names
-    ]
+        return tidy(total(parts))
+
+    return list(map(slope, new.names))
 
 
 def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
@@ -330,12 +327,8 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
         with suppress(ExpressionError):
             polynomial = coefficients(e, names)
             if polynomial is not None:
-                variables = [*map(symbol, names)]
-                parts = [
-                    product([_coefficient(c), *(x**k for x, k in zip(variables, powers, strict=True))])
-                    for powers, c in polynomial.items()
-                ]
-                return shortest([*forms, tidy(total(parts))])
+                short = {powers: _coefficient(c) for powers, c in polynomial.items()}
+                return shortest([*forms, tidy(polynomial_sum(short, list(map(symbol, names))))])
     return forms[0]
 
 
@@ -386,14 +379,13 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
             # p = dF/dq and Q = dF/dP, but q = -dF/dp and P = -dF/dQ.
             sign = 1 if (phase is old) == (name in phase.coordinates) else -1
             relations[_partner(name, phase)] = tidy(sign * derivative(function, name))
-    point = _point(function, relations, mixed)
-    if point is None:
+    signs = _regular_point(function, relations, mixed)
+    if signs is None:
         raise ComputationError(
             f"{kind} generates no change of variables: the determinant of its mixed derivatives by "
             f"{', '.join(befores)} and {', '.join(afters)} vanishes",
             hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
         )
-    signs = RootSigns(point)
     return Generated(
         relations,
         _solved(relations, old, befores, [_partner(b, new) for b in afters], signs),
@@ -407,20 +399,15 @@ def _partner(name: str, phase: Phase) -> str:
     return names[(names.index(name) + len(phase.coordinates)) % len(names)]
 
 
-def _point(
+def _regular_point(
     function: Expr, relations: Mapping[str, Expr], mixed: Sequence[Sequence[Expr]]
-) -> dict[str, float] | None:
-    """Values of all variables that agree, with positive arguments; None for a singular mixed matrix."""
-    names = {name for e in (function, *relations.values()) for name in e.names}
-    for sample in sample_points(sorted(names), {}):
-        here = RootSigns(sample)
-        values = {name: here.value(e) for name, e in relations.items()}
-        matrix = [[here.value(e) for e in row] for row in mixed]
-        if all(map(math.isfinite, (*values.values(), *(x for row in matrix for x in row)))):
-            # A change of variables needs an invertible matrix.
-            tolerance = SINGULAR * max(abs(x) for row in matrix for x in row)
-            rank = np.linalg.matrix_rank(np.array(matrix), tol=tolerance)
-            return {**sample, **values} if rank == len(matrix) else None
+) -> RootSigns | None:
+    """A point at which the mixed derivatives have values; None where their matrix is singular there."""
+    for signs in _points((function, *relations.values()), relations):
+        matrix = np.array([[signs.value(e) for e in row] for row in mixed])
+        if np.isfinite(matrix).all():
+            rank = np.linalg.matrix_rank(matrix, tol=SINGULAR * np.abs(matrix).max())
+            return signs if rank == len(matrix) else None
     return None
 
 

@@ -34,8 +34,8 @@ import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, product, symbol, total
+from rigidcli.algebra.expansion import coefficients, polynomial_sum
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.simplification import apart, over_shared_sums, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero, sampled
@@ -83,8 +83,7 @@ def lagrange_equations(
     rest = []
     for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True):
         moved = total(derivative(p, name) * rate for name, rate in moving if name in p.names)
-        slope = derivative(lagrangian, q)
-        rest.append(by_velocities(moved - slope, velocities) - substitute(force, defined))
+        rest.append(by_velocities(moved - derivative(lagrangian, q), velocities) - substitute(force, defined))
     return LagrangeEquations(momenta.mass_matrix, tuple(rest), tuple(names))
 
 
@@ -95,11 +94,8 @@ def by_velocities(e: Expr, velocities: Sequence[str]) -> Expr:
     polynomial = coefficients(e, velocities)
     if polynomial is None:
         return tidy(e)
-    parts = []
-    for powers, factor in polynomial.items():
-        moving = product(symbol(v) ** n for v, n in zip(velocities, powers, strict=True))
-        parts.append(tidy(factor) * moving if any(powers) else apart(tidy(factor)))
-    return total(parts)
+    parts = {n: tidy(c) if any(n) else apart(tidy(c)) for n, c in polynomial.items()}
+    return polynomial_sum(parts, list(map(symbol, velocities)))
 
 
 NONE = 1e-13
@@ -129,14 +125,13 @@ def primary_constraints(
 
     Others than linear ones are not looked for.
     """
-    at_rest = dict.fromkeys(velocities, ZERO)
+    still = dict.fromkeys(velocities, ZERO)
     constraints = []
     for vector in matrices.null_vectors(matrix):
         if any(not entry.names.isdisjoint(velocities) for entry in vector):
             continue
-        still = total(entry * substitute(p, at_rest) for entry, p in zip(vector, definitions, strict=True))
-        moving = total(entry * symbol(name) for entry, name in zip(vector, names, strict=True))
-        constraints.append(tidy(moving - still))
+        at_rest = total(x * substitute(p, still) for x, p in zip(vector, definitions, strict=True))
+        constraints.append(tidy(total(x * symbol(p) for x, p in zip(vector, names, strict=True)) - at_rest))
     return constraints
 
 

@@ -37,8 +37,8 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Group, Symbol
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficient, coefficients, expand, free_of, has_degrees
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, product, symbol, total
+from rigidcli.algebra.expansion import coefficient, coefficients, expand, free_of, has_degrees, polynomial_sum
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, symbol, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
@@ -126,11 +126,7 @@ def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]
         polynomial = coefficients(energy, list(map(str, momenta)))
         if polynomial is not None and len(polynomial) <= matrices.LARGEST**2:
             free, linear, quadratic = (
-                total(
-                    product([e, *(p**n for p, n in zip(momenta, powers, strict=True))])
-                    for powers, e in polynomial.items()
-                    if sum(powers) == degree
-                )
+                polynomial_sum({n: e for n, e in polynomial.items() if sum(n) == degree}, momenta)
                 for degree in range(3)
             )
             return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
@@ -285,7 +281,7 @@ def energy(
 
 
 def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
-    """Whether M is definite wherever random points of coordinates and positive parameters show it."""
+    """Whether M is definite at random points of coordinates and positive parameters."""
     entries = [entry for row in matrix for entry in row]
     values = sampled(entries, {}, count=8, signed=coordinates)
     if values is None:

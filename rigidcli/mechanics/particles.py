@@ -12,8 +12,8 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, Expr, product, symbol, total
+from rigidcli.algebra.expansion import coefficients, polynomial_sum
+from rigidcli.algebra.expressions import ONE, Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
@@ -114,9 +114,9 @@ def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
     polynomial = coefficients(kinetic_energy, velocities)
     if polynomial is None:
         return kinetic_energy
-    wrong = [
-        product([value, *(symbol(name) ** power for name, power in zip(velocities, powers, strict=True))])
-        for powers, value in polynomial.items()
-        if not is_zero(value) and (sum(powers) != 2 or not is_zero(derivative(value, TIME)))
-    ]
-    return total(wrong) if wrong else None
+    wrong = {
+        powers: e
+        for powers, e in polynomial.items()
+        if not is_zero(e) and (sum(powers) != 2 or not is_zero(derivative(e, TIME)))
+    }
+    return polynomial_sum(wrong, list(map(symbol, velocities))) if wrong else None
