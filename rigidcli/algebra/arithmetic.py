@@ -39,8 +39,7 @@ _HALF = Fraction(1, 2)
 def tidy(e: Expr) -> Expr:
     """The shortest of the forms that cheap rearrangements find, over and over; 0 for a hidden zero.
 
-    Raises:
-        ComputationError: all forms are too long for anybody to read.
+    Raises ComputationError where all forms are too long for anybody to read.
     """
     short = e
     while (form := simplification.tidy(short)) != short:  # the parts of a new form may have shorter forms
@@ -62,11 +61,7 @@ def _fractions(e: Expr) -> Sequence[Expr]:
 
 
 def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:
-    """The exact value of a tree of the expression language whose names have these values.
-
-    Raises:
-        ExpressionError: it has no finite real value, or is too large.
-    """
+    """The exact value of a tree whose names have these values. Raises ExpressionError where it has none."""
     e = from_tree(node, known)
     if any(isinstance(atom, Applied | Group) for atom in e.atoms) and not values.has_value(e):
         raise ExpressionError("there is no finite real value, or it cannot be told")

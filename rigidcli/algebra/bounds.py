@@ -45,11 +45,7 @@ class Allowance:
         self.left = steps
 
     def spend(self, steps: int) -> None:
-        """Take off what is about to be done.
-
-        Raises:
-            ExpressionError: nothing is left.
-        """
+        """Take off what is about to be done. Raises ExpressionError where nothing is left."""
         self.left -= steps
         if self.left < 0:
             raise ExpressionError("the expression is too large to be multiplied out")

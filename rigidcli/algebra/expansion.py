@@ -17,8 +17,7 @@ def expand(e: Expr, allowance: Allowance | None = None, holding: frozenset[str] 
 
     With names, only the sums `holding` one of them are.
 
-    Raises:
-        ExpressionError: the result is too large.
+    Raises ExpressionError where the result is too large.
     """
     steps = allowance or Allowance()
 
@@ -107,10 +106,7 @@ Polynomial: TypeAlias = dict[tuple[int, ...], Expr]
 def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
     """The coefficients as a polynomial in some symbols, by the exponents of these; None if it is none.
 
-    Only what holds the symbols is multiplied out.
-
-    Raises:
-        ExpressionError: the polynomial has too many terms.
+    Only what holds the symbols is multiplied out. Raises ExpressionError where it has too many terms.
     """
     parts: dict[tuple[int, ...], list[Expr]] = {}
     for monomial, coefficient in expand(e, holding=frozenset(names)).terms.items():

@@ -105,8 +105,7 @@ class Expr(Terms):
     def evaluate(self, **values: Any) -> Any:
         """The value where the symbols have these values: a float, or an array as soon as one of these is.
 
-        Raises:
-            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
+        Raises ExpressionError where a symbol has no value, or numbers lead to no finite real value.
         """
         import numpy as np
 
@@ -212,11 +211,7 @@ PI = atomic(Pi())
 
 
 def expr(value: Any) -> Expr:
-    """The expression itself, or the one that is this integer or fraction.
-
-    Raises:
-        TypeError: it is something else, such as a float, which is no exact number.
-    """
+    """The expression that is this exact number. Raises TypeError for others, such as floats."""
     if isinstance(value, Expr):
         return value
     if isinstance(value, Integral | Fraction):
@@ -234,11 +229,7 @@ def scaled(e: Expr, factor: Rational) -> Expr:
 
 
 def total(parts: Iterable[Expr]) -> Expr:
-    """The sum, its like terms gathered.
-
-    Raises:
-        ExpressionError: it is too large.
-    """
+    """The sum, its like terms gathered. Raises ExpressionError where it is too large."""
     terms: dict[Monomial, Rational] = {}
     for part in parts:
         for monomial, coefficient in part.terms.items():
@@ -252,8 +243,7 @@ def total(parts: Iterable[Expr]) -> Expr:
 def product(factors: Iterable[Expr]) -> Expr:
     """The product, its like factors gathered; a number is distributed over a sum that stands alone.
 
-    Raises:
-        ExpressionError: it is too large.
+    Raises ExpressionError where it is too large.
     """
     coefficient: Rational = 1
     others = []
@@ -384,11 +374,7 @@ def _absolute(e: Expr) -> Expr:
 
 
 def power(base: Expr, exponent: Rational) -> Expr:
-    """A rational power.
-
-    Raises:
-        ExpressionError: it has no real value, or is too large.
-    """
+    """A rational power. Raises ExpressionError where it has no real value, or is too large."""
     if exponent == 0:
         return ONE
     if exponent == 1:

@@ -157,10 +157,7 @@ class _Quotient(NamedTuple):
 
 
 def _quotient(e: Expr, allowance: Allowance | None) -> _Quotient:
-    """The fraction in lowest terms that an expression is.
-
-    Raises ExpressionError where it is too large.
-    """
+    """The fraction in lowest terms that an expression is. Raises ExpressionError where it is too large."""
     allowance = allowance or Allowance()
     coefficient, monomial = factored(expand(e, allowance))
     above: list[Expr] = []

@@ -105,8 +105,7 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
 def apply(function: str, *arguments: ExactNumber) -> Expr:
     """One of `functions.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
 
-    Raises:
-        ExpressionError: it has no finite real value there.
+    Raises ExpressionError where it has no finite real value.
     """
     exprs = [expr(e) for e in arguments]
     if isinstance(function, UnknownFunction):

@@ -16,12 +16,9 @@ _NOTHING: Mapping[str, Expr] = {}
 
 
 def from_tree(node: tree.Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
-    """The expression of a tree; names without a value become symbols.
+    """The expression of a tree; names without a value become symbols, decimals the fractions they spell.
 
-    Decimal numbers are the fractions that they spell.
-
-    Raises:
-        ExpressionError: it has no real value, or is too large.
+    Raises ExpressionError where it has no real value, or is too large.
     """
     e: Expr = fold(node, lambda name: values[name] if name in values else symbol(name), EXPRESSIONS)
     return e

@@ -67,10 +67,7 @@ def _tidied(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _roots(e: Expr) -> dict[Atom, tuple[Group[Expr], Expr]]:
-    """Sums under roots that are another sum times a factor, by that sum.
-
-    For positive c, 1 - v**2/c**2 is (c**2 - v**2)/c**2.
-    """
+    """Sums under roots, by the sum that is a factor of each: c**2 - v**2 of 1 - v**2/c**2."""
     roots = [a for m in e.terms for a, n in m if n.denominator > 1 and isinstance(a, Group)]
     return {
         core: (root, root.inner / atomic(core))
@@ -132,7 +129,6 @@ def over_shared_sums(e: Expr) -> Expr:
 
 
 def _below(monomial: Monomial, divisor: Atom) -> frozenset[tuple[Atom, Rational]]:
-    """The powers of a sum and of symbols by which a term is divided."""
     return frozenset((a, n) for a, n in monomial if n < 0 and (a is divisor or isinstance(a, Symbol)))
 
 

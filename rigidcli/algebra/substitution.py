@@ -11,11 +11,7 @@ from rigidcli.algebra.functions import apply
 
 
 def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
-    """The expression with symbols replaced, all at once.
-
-    Raises:
-        ExpressionError: it has no value there, or becomes too large.
-    """
+    """The expression with symbols replaced, all at once. Raises ExpressionError where it has no value."""
     names = frozenset(values)
 
     def replaced(atom: Atom) -> Expr | None:
@@ -32,11 +28,7 @@ def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
 
 
 def without(e: Expr, vanishing: Collection[Atom]) -> Expr:
-    """The expression where some of its atoms vanish.
-
-    Raises:
-        ExpressionError: it has no value there.
-    """
+    """The expression where some of its atoms vanish. Raises ExpressionError where it has no value."""
 
     def whole(inner: Expr) -> Expr:
         return mapped(inner, lambda atom: ZERO if atom in vanishing else rebuilt(atom, whole))

@@ -59,10 +59,7 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
 
 
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
-    """The names that must be positive for all the expressions to vanish; None if that is not enough.
-
-    Conditions on parameters are preferred to conditions on `variables`.
-    """
+    """The names that must be positive for expressions to vanish, `variables` only if need be; or None."""
     left = [e for e in expressions if not is_zero(e)]
     if not left:
         return ()
@@ -93,10 +90,7 @@ MOST_TRIALS = 60
 
 @dataclass(frozen=True, slots=True)
 class RootSigns:
-    """Which sign each square root takes, decided at a sample `point` (values of names).
-
-    Where a root has no value there, it may have either sign.
-    """
+    """Which sign each square root takes, decided at a sample `point`; either where it has no value there."""
 
     point: Mapping[str, float]
 
@@ -136,10 +130,7 @@ class RootSigns:
 
 
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns) -> dict[str, Expr] | None:
-    """The `old` variables as functions of the `new` ones, which have canonical `values`; None if none follow.
-
-    The point of the `signs` has values of the old variables and of the new ones.
-    """
+    """The `old` variables as functions of the `new` ones, which have canonical `values`; or None."""
     with suppress(ExpressionError, ComputationError):
         parts = linear([values[name] for name in new.names], old.names)
         if parts is not None:
@@ -162,10 +153,8 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns
 
 
 def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Phase) -> dict[str, Expr]:
-    """M^-1 times values, with M^-1 = -J M^T J, as the matrix M of a canonical change is symplectic.
-
-    Source: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 41.
-    """
+    """M^-1 times values, for the symplectic matrix M of a canonical change."""
+    # M^-1 = -J M^T J: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 41.
     size = len(old.coordinates)
     solution = {}
     for place, name in enumerate(old.names):
@@ -232,10 +221,7 @@ class Change:
     rate: Expr | None = None
 
     def hamiltonian(self, hamiltonian: Expr) -> NewHamiltonian | None:
-        """K for an H; None where no way leads to the old variables, or to R.
-
-        K is held to H for all variables, or for positive ones, as roots may have either sign.
-        """
+        """K for an H, tested for all variables or for positive ones; None where none is found."""
         is_given = self.values.keys() == {*self.old.names}
         signs = next(_points((hamiltonian, *self.values.values()), self.values), RootSigns({}))
         old = self.values if is_given else inverse(self.values, self.new, self.old, signs)
@@ -333,7 +319,6 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
 
 
 def _coefficient(e: Expr) -> Expr:
-    """A coefficient in a short form, in lowest terms where these are not too long."""
     if is_zero(e):
         return ZERO
     with suppress(ComputationError):
@@ -364,10 +349,7 @@ class Generated:
 
 
 def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
-    """The change of variables by a function of a type, such as "F1".
-
-    Raises ComputationError where its mixed derivatives are not those of a change of variables.
-    """
+    """The change by a function of a `kind`, such as "F1". Raises ComputationError where it makes none."""
     befores, afters = (
         phase.momenta if is_momentum else phase.coordinates
         for phase, is_momentum in zip((old, new), _MOMENTA[kind], strict=True)

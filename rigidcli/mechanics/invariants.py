@@ -152,10 +152,7 @@ def _turning(hamiltonian: Expr, phase: Phase, angles: Sequence[str]) -> list[Exp
 
 
 def _pieces(hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
-    """The factors of the terms of H, multiplied out, that hold coordinates and no momenta.
-
-    With them come the roots of those that are squares.
-    """
+    """Functions of the coordinates alone that are factors of terms of H, and the roots of squares."""
     names = frozenset(phase.names)
     for monomial in expand(hamiltonian).terms:
         still = {a: n for a, n in monomial if not a.names.isdisjoint(names)}
@@ -209,10 +206,7 @@ def _new_sums(terms: Sequence[Expr], known: Sequence[Expr], phase: Phase) -> lis
 
 
 def _null_rows(slopes: Floats, of_h: Floats) -> Iterator[Floats]:
-    """Coefficients of sums of terms whose brackets with H vanish, by the slopes (points by terms by names).
-
-    For two orders of the terms, they are as many as the null space has dimensions, and have many zeros.
-    """
+    """Two bases of the sums of terms that commute with H, by their slopes (points by terms by names)."""
     (by_q, by_p), (h_by_q, h_by_p) = np.split(slopes, 2, axis=2), np.split(of_h, 2, axis=2)
     parts = np.concatenate([by_q * h_by_p, -by_p * h_by_q], axis=2)
     # Rows and columns are divided by the sizes of what is added up in them, so that rounding stays small.
@@ -233,10 +227,9 @@ def _null_rows(slopes: Floats, of_h: Floats) -> Iterator[Floats]:
 
 
 def _gradients(functions: Sequence[Expr], phase: Phase, count: int) -> tuple[Floats, dict[str, float]] | None:
-    """The slopes of functions by coordinates and momenta (points by functions by names) at random points.
+    """The slopes of functions at random points (points by functions by names), and the parameters there.
 
-    With them the values of the parameters, which are the same at all points. None where there are not so many
-    points with values.
+    None where there are not so many points with values.
     """
     chance = Random(1)  # noqa: S311 - no secret; numpy's generators take 12 ms to load
 
@@ -277,10 +270,7 @@ def _is_new(slope: Floats, known: Floats) -> bool:
 def _exact(
     terms: Sequence[Expr], values: Sequence[float], hamiltonian: Expr, phase: Phase
 ) -> list[Sequence[Expr]]:
-    """Functions of the parameters with which the sum of terms is conserved.
-
-    For one choice of the parameters they have these `values`.
-    """
+    """Coefficients with which the sum is conserved; for one choice of the parameters they are `values`."""
     near = [Fraction(value).limit_denominator(MOST_DENOMINATOR) for value in values]
     brackets = [bracket(e, hamiltonian, phase) for e in terms]
 
@@ -294,7 +284,7 @@ def _exact(
 
 
 def _coefficients(brackets: Sequence[Expr], phase: Phase) -> list[list[Expr]]:
-    """Functions of the parameters with which the sums of brackets vanish."""
+    """Coefficients, functions of the parameters, with which the sum of the brackets vanishes."""
     try:
         rows = independent_rows(brackets, {*phase.names, TIME})
     except ExpressionError:

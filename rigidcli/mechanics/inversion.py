@@ -123,7 +123,6 @@ def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
 
 
 def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M.P, in which a momentum is left whole."""
     pairs = combinations_with_replacement(range(len(momenta)), 2)
     return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
 

@@ -103,10 +103,7 @@ NONE = 1e-13
 
 
 def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
-    """The rank of a symmetric matrix (n by n) of expressions almost everywhere; None where it has no value.
-
-    Names have their `fixed` values, others any.
-    """
+    """The rank of a symmetric matrix almost everywhere, with these values; None where it has no value."""
     there = sampled([substitute(entry, fixed) for row in matrix for entry in row], {})
     if there is None:
         return None
@@ -121,10 +118,7 @@ def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
 def primary_constraints(
     matrix: matrices.Matrix, definitions: Sequence[Expr], velocities: Sequence[str], names: Sequence[str]
 ) -> list[Expr]:
-    """Primary constraints: expressions in the momenta, called `names`, and coordinates that vanish.
-
-    Others than linear ones are not looked for.
-    """
+    """The linear primary constraints: what vanishes of coordinates and of the momenta, called `names`."""
     still = dict.fromkeys(velocities, ZERO)
     constraints = []
     for vector in matrices.null_vectors(matrix):
@@ -192,10 +186,7 @@ def constraint(name: str, e: Expr, velocities: Mapping[str, str]) -> Constraint:
 
 
 def _is_integrable(form: Mapping[str, Expr]) -> bool:
-    """Whether a form w, by its coefficients, is a factor times a differential: w and dw have no product.
-
-    This is the theorem of Frobenius, looked at for random values of all names.
-    """
+    """Whether a form w is a factor times a differential: w dw = 0 (Frobenius), tried at random points."""
     size = len(form)
     slopes = [derivative(e, x) for e in form.values() for x in form]
     rows = sampled([*form.values(), *slopes], {}, signed=form)

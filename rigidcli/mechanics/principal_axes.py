@@ -48,8 +48,7 @@ _ONE = tidy_array(np.eye(3, dtype=object))
 def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
     """The exact principal frame of a symmetric tensor (3 by 3, kg m^2), with axes turned by `turn` (3 by 3).
 
-    Raises:
-        ComputationError: the moments are roots of an irreducible cubic with symbols, or axes are too long.
+    Raises ComputationError where moments are roots of a cubic with symbols, or axes are too long.
     """
     try:
         return _principal_frame(tensor, turn)
@@ -76,11 +75,7 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
 
 
 def _symmetric_roots(matrix: Matrix) -> list[Expr]:
-    """The eigenvalues of a symmetric matrix (at most 3 by 3).
-
-    Raises:
-        ExpressionError: they are roots of an irreducible cubic with symbols.
-    """
+    """The eigenvalues of a symmetric matrix (at most 3 by 3). Raises ExpressionError as `_real_roots`."""
     roots: list[Expr] = []
     for block in matrices.blocks(matrix):
         shifted = [[matrix[i][j] - MOMENT if i == j else matrix[i][j] for j in block] for i in block]
@@ -93,10 +88,8 @@ def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
     """The roots of a x^3 + b x^2 + c x + d, where they are real; of a quadratic the one with -sqrt first.
 
     Those of a cubic without symbols are -b/(3a) + 2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi j)/3), ascending for
-    j = 1, 2, 0. Source: O. K. Smith, Communications of the ACM 4 (1961) 168.
-
-    Raises:
-        ExpressionError: it is a cubic with symbols, whose roots fill pages.
+    j = 1, 2, 0. Source: O. K. Smith, Communications of the ACM 4 (1961) 168. Raises ExpressionError for a
+    cubic with symbols, whose roots fill pages.
     """
     if not a:
         if not b:

@@ -497,22 +497,20 @@ def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
 
 
 def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list[Root]:
-    """The roots of motion whose matrices are exact numbers, by ascending rates.
-
-    Raises:
-        ZeroDivisionError: the mass matrix is singular.
-    """
-    from flint import acb_mat, ctx
+    """The roots of exact numbers, by ascending rates. Raises ZeroDivisionError for a singular mass matrix."""
+    from flint import acb, acb_mat, ctx
 
     with ctx.workprec(BITS):
         matrix, is_square = _companion(motion, is_free)
         values, vectors = acb_mat(matrix).eig(right=True, algorithm="approx")
+        if is_square:
+            # What is left beside a negative square is rounding; the root of it would be of either sign.
+            real = [abs(value.imag) <= rounding * abs(value) for value in values]
+            values = [acb(v.real if is_real else v).sqrt() for v, is_real in zip(values, real, strict=True)]
     rates = np.array(list(map(complex, values)))
-    if is_square:
-        # What is left beside a negative square is rounding; the root of it would be of either sign.
-        rates = np.sqrt(_without_rounding(rates, rounding))
     rates[np.abs(rates) <= rounding * np.abs(rates).max()] = 0
-    rates = _without_rounding(rates, rounding)
+    for part in (rates.real, rates.imag):
+        part[np.abs(part) <= rounding * np.abs(rates)] = 0
     # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
     weights = np.sqrt([abs(float(row[i])) or 1.0 for i, row in enumerate(motion.masses)])
     rows = [[vectors[i, j] for i in range(len(weights))] for j in range(len(rates))]
@@ -533,13 +531,6 @@ def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list
         shown = tuple(_independent(units, rank, weights))
         roots.append(Root(rate.real, rate.imag, stable, None, times, whole, is_free or is_square, shown))
     return sorted(roots, key=lambda root: (root.rate, root.angular))
-
-
-def _without_rounding(values: Array, rounding: float) -> Array:
-    """Complex numbers without real or imaginary parts that are a small share of them."""
-    for part in (values.real, values.imag):
-        part[np.abs(part) <= rounding * np.abs(values)] = 0.0
-    return values
 
 
 def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
