@@ -41,14 +41,10 @@ SHORTEST = 1e-13  # the shortest side of a box and piece of a line: below it is 
 INHERITED = 1e-3
 # The longest sides of boxes that hold a peak, and of their neighbours: shorter than peaks that count.
 SIDE_AT_PEAK, SIDE_BESIDE_PEAK = 1e-7, 1e-2
+# A place (d) at which a function is very large, and the coordinates to which it is bound (d): along the
+# others the function is as large.
+Peak: TypeAlias = tuple[Floats, Mask]
 AT_ONCE = 1e200  # the error indicator of boxes at a peak, which are halved before all others
-
-
-class Peak(NamedTuple):
-    """A place (d) at which a function is very large, as it is all along coordinates that are not `bound`."""
-
-    place: Floats
-    bound: Mask
 
 
 class Boxes(NamedTuple):

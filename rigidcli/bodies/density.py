@@ -43,7 +43,11 @@ class Density(Quantity):
         env = environment(info)
         assert self.dimension is not None
         if not isinstance(raw, str):
-            return self._of_uniform(raw, info)
+            value = super().read(raw, info)
+            is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
+            if is_bare and GAS < float(value) < HEAVY:
+                env.log.note(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
+            return value
         variables = tuple(name for name in VARIABLES if name not in env.declared)
         hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
         env.log.note(
@@ -55,13 +59,6 @@ class Density(Quantity):
         if env.arithmetic.exact:
             env.positive |= _scale(formula)
         return formula
-
-    def _of_uniform(self, raw: object, info: ValidationInfo) -> Any:
-        value = super().read(raw, info)
-        is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
-        if is_bare and GAS < float(value) < HEAVY:
-            environment(info).log.note(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
-        return value
 
 
 def _scale(formula: BoundExpression) -> set[str]:

@@ -347,7 +347,7 @@ class ChartPart:
                 along = np.repeat(end[:, None], POINTS_OF_NET, axis=1)
                 along[k] = np.linspace(0, 1, POINTS_OF_NET)
                 bound[k] = self._heights(function, along).min() <= RISE_OF_PEAK * usual
-            peaks[np.where(bound, end, -1.0).tobytes()] = Peak(end, bound)
+            peaks[np.where(bound, end, -1.0).tobytes()] = (end, bound)
         return list(peaks.values())
 
 

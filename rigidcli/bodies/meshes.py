@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -65,7 +64,13 @@ class Mesh(Form):
     def _look(self, info: ValidationInfo) -> Self:
         env = environment(info)
         if not env.arithmetic.exact:
-            env.log.note(*(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts())))
+            notes = [*self.checked.notes]
+            if self.scale is None and self._largest > LARGEST_IN_METRES:
+                meant = "`scale: 0.001` says so, and `scale: 1` that they are metres"
+                notes.append(
+                    f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? {meant}"
+                )
+            env.log.note(*(f"{self.mesh}: {note}" for note in notes))
         return self
 
     @cached_property
@@ -178,10 +183,3 @@ class Mesh(Form):
     @property
     def _largest(self) -> float:
         return float(np.ptp(self.checked.surface.box, axis=0).max())
-
-    def _doubts(self) -> Iterator[str]:
-        if self.scale is None and self._largest > LARGEST_IN_METRES:
-            yield (
-                f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? "
-                "`scale: 0.001` says so, and `scale: 1` that they are metres"
-            )

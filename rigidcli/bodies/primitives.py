@@ -113,7 +113,7 @@ def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
 
 def triangle(n: Arithmetic, vertices: solids.Triangle) -> Figure:
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
-    return polygon(n, vertices)._replace(**_simplex(n, vertices))
+    return polygon(n, vertices)
 
 
 def polygon(n: Arithmetic, vertices: solids.Outline) -> Figure:
@@ -137,17 +137,6 @@ def polygon(n: Arithmetic, vertices: solids.Outline) -> Figure:
         lambda x, y, z: solids.in_polygon(outline(), x, y),
         corners=corners,
     )
-
-
-def _simplex(n: Arithmetic, vertices: Any) -> dict[str, Any]:
-    def geometry() -> Geometry:
-        corners = n.array(vertices)
-        return Geometry(solids.simplex_measure(corners, n), *solids.simplex_moments(corners))
-
-    def parts() -> list[charts.Chart]:
-        return [charts.simplex(n.array(vertices), geometry().measure, n)]
-
-    return {"geometry": geometry, "charts": parts}
 
 
 # --- solids of one section along z
@@ -337,9 +326,12 @@ def prism(n: Arithmetic, vertices: solids.FlatOutline, height: Length) -> Figure
 
 def tetrahedron(n: Arithmetic, vertices: solids.Tetrahedron) -> Figure:
     """A tetrahedron, its vertices as given."""
+    corners = n.array(vertices)
+    measure = solids.simplex_measure(corners, n)
     return Figure(
-        **_simplex(n, vertices),
-        contains=lambda *points: solids.in_simplex(np.array(vertices, dtype=np.float64), np.stack(points)),
+        lambda: Geometry(measure, *solids.simplex_moments(corners)),
+        lambda: [charts.simplex(corners, measure, n)],
+        lambda *points: solids.in_simplex(np.array(vertices, dtype=np.float64), np.stack(points)),
     )
 
 

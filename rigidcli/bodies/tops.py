@@ -66,7 +66,9 @@ def of_body(
     largest = max(abs(n.size(entry)) for entry in tensor.flat)
     far = max(abs(n.size(component)) for component in (*body.com, *pivot))
     if n.size(distance) <= (0 if n.exact else 1e-14 * far):
-        axis, distance = _symmetry_axis(frame()), 0 * n.pi
+        own = frame()
+        alone = [group[0] for group in own.groups if len(group) == 1]
+        axis, distance = own.axes[alone[0] if len(alone) == 1 else 2], 0 * n.pi
     else:
         axis = n.tidy(arm / distance)
     lambda3 = n.tidied(axis @ tensor @ axis)
@@ -82,12 +84,6 @@ def of_body(
             hint="let `euler` follow its motion, with `motion: {omega: ..., torque: {gravity: 9.81}}`",
         )
     return HeavyTop(body.mass, distance, lambda1, lambda3, axis)
-
-
-def _symmetry_axis(frame: PrincipalFrame) -> Array:
-    alone = [group[0] for group in frame.groups if len(group) == 1]
-    axis: Array = frame.axes[alone[0] if len(alone) == 1 else 2]
-    return axis
 
 
 def _require_possible(
