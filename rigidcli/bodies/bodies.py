@@ -80,24 +80,27 @@ def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
     return called + 2 * sum(map(len, lists))
 
 
+def _instead_of(raw: object) -> str | None:
+    """How a body is written in place of a text or a list; None for what may be a body, or is told later."""
+    if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
+        if (call := re.fullmatch(r"\s*(\w+)\((.*)\)\s*", raw)) and call[1] in SHAPES:
+            return f"write `{{shape: {call[1]}, {re.sub(r' *= *', ': ', call[2])}}}`"
+        shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
+        meant = next(filter(None, shapes), SHAPES["box"])
+        return f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
+    if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
+        if all(entry.keys() & {"shape", *FORMS} for entry in raw):
+            return "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
+        return "the lines of one body begin without dashes; in one line it stands in braces: `{...}`"
+    return None
+
+
 class _AnyForm(SectionChoice):
     """Marks a field that takes a body of any form, which its key names; a shape is named under `shape`."""
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape come at once, also where it is called by another word."""
-        if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
-            shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
-            meant = next(filter(None, shapes), SHAPES["box"])
-            if (call := re.fullmatch(r"\s*(\w+)\((.*)\)\s*", raw)) and call[1] in SHAPES:
-                hint = f"write `{{shape: {call[1]}, {re.sub(r' *= *', ': ', call[2])}}}`"
-                raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
-            hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
-            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
-        if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
-            bodies = [entry for entry in raw if entry.keys() & {"shape", *FORMS}]
-            hint = "the lines of one body begin without dashes; in one line it stands in braces: `{...}`"
-            if len(bodies) == len(raw):
-                hint = "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
+        if (hint := _instead_of(raw)) is not None:
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
@@ -113,11 +116,10 @@ class _AnyForm(SectionChoice):
             key = next((word for word in others if nearest(word, ["shape"])), None)
         for word in others if key is None else ():
             named = next((SHAPES[name] for name in shapes_called(word) if name in SHAPES), None)
-            if isinstance(raw[word], dict) and named is not None:
-                hint = f"write `shape: {named.word()}`, and its dimensions beside it: {named.summary()}"
-                raise ValueProblem("unknown key", path=(word,), hint=hint)
-            if isinstance(raw[word], dict) and raw[word].keys() & {"shape", *FORMS}:
+            if isinstance(raw[word], dict) and (named is not None or raw[word].keys() & {"shape", *FORMS}):
                 hint = "bodies that are taken as one are its `parts`: write `body: {parts: [{...}, {...}]}`"
+                if named is not None:
+                    hint = f"write `shape: {named.word()}`, and its dimensions beside it: {named.summary()}"
                 raise ValueProblem("unknown key", path=(word,), hint=hint)
         if key is None:
             return super().read(raw, info)
@@ -129,17 +131,13 @@ class _AnyForm(SectionChoice):
             assert problem is not None
             raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
         rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
-        if problem is None:
+
+        def read() -> Section:
             return shape.model_validate(rest, context=info.context)
-        read: Section = refuse(
-            shape.__name__,
-            [problem.below(key)],
-            lambda: shape.model_validate(rest, context=info.context),
-        )
-        return read
+
+        return read() if problem is None else refuse(shape.__name__, [problem.below(key)], read)
 
 
-# Marks a field that takes a body of any form.
 BODY = _AnyForm(
     by_key(MadeWhenAsked(("shape", *FORMS), lambda key: Form if key == "shape" else FORMS[key])).choose,
     lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())),
