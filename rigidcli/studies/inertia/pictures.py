@@ -10,9 +10,8 @@ from dataclasses import replace
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.bodies.composites import Composite
+from rigidcli.bodies.composites import Composite, Leaf
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import Shape, Wire
