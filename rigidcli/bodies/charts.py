@@ -88,10 +88,7 @@ class Chart:
         return gauss(4 + (degree + 1) // 2 if turn is None else 8 + count)
 
     def faces(self) -> list[Floats]:
-        """The surface as faces of 3 or 4 corners (k by 3, m) in the shape's own axes; a curve is one line.
-
-        Of a shape without thickness it is all of the shape.
-        """
+        """Faces of 3 or 4 corners (k by 3, m) in the shape's own axes; a curve is one line."""
         dimensions = len(self.coordinates)
         if dimensions == 1:
             return [self._grid()]

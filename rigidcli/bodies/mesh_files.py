@@ -283,10 +283,7 @@ class Checked:
 
 
 def checked(path: Path) -> Checked:
-    """The surface in a file, which is read once for any number of documents.
-
-    Raises ValueProblem for what encloses no body.
-    """
+    """The surface in a file, read once for all documents. Raises ValueProblem for what encloses no body."""
     try:
         status = path.stat()
     except (OSError, ValueError):

@@ -125,11 +125,7 @@ class Molecule:
 
 
 def read_molecule(path: Path) -> Molecule:
-    """The molecule in the .xyz file at `path`.
-
-    Raises ValueProblem where the file cannot be read, or is no such file; the message begins with `path` as
-    given and the line.
-    """
+    """The molecule in an .xyz file. Raises ValueProblem, which names the path and the line."""
     kinds: dict[str, tuple[Isotope, bool]] = {}
     rows, typed, rest, line = list[list[float]](), list[list[str]](), "", 1
     with opened(path) as file:

@@ -79,10 +79,7 @@ class Element:
         return self.attributes.get(key, None if child is None else "".join(child.pieces).strip() or None)
 
     def numbers(self, key: str, count: int, default: str | None = None) -> list[Any]:
-        """The `count` numbers under a key, digit by digit; without it those of the `default`.
-
-        Raises DocumentError for anything else than numbers that are separated by blanks.
-        """
+        """The `count` numbers under a key, or of the `default`. Raises DocumentError for other texts."""
         text, expected = self.value(key), "a number" if count == 1 else f"{count} numbers"
         text = default if text is None else text
         if text is None:
@@ -510,10 +507,7 @@ def _named_once(links: Sequence[Link]) -> list[Link]:
 
 
 def one_link(path: Path, name: str | None) -> Link:
-    """The link of this name that has a mass, or without a name the only one.
-
-    Raises ValueProblem. Its message begins with the file and the line.
-    """
+    """The link of this name, or the only one with a mass. Raises ValueProblem with its file and line."""
     try:
         robot = read_robot(read_text(str(path), str(path)), str(path), path.parent)
     except DocumentError as error:

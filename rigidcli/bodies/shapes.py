@@ -192,10 +192,7 @@ class Shape(Form):
         return self.figure(n).charts()
 
     def faces(self) -> list[Floats]:
-        """The surface as plane faces (k by 3, m) in the shape's own axes; a wire is one line (k by 3).
-
-        All dimensions must have a value.
-        """
+        """Plane faces of the surface (k by 3, m, own axes); a wire is one line. Needs all dimensions."""
         figure = self.model_copy(update=floats(self.__dict__, FLOAT)).figure(FLOAT)
         if figure.corners is not None:
             return [figure.corners()]

@@ -132,10 +132,7 @@ def _pendulum(document: Document, u: Array, moment: Scalar) -> dict[str, Array |
 
 
 def body_frame(document: Document) -> PrincipalFrame:
-    """The principal frame of the body about O: e1, e2, e3 have components along the axes of the results.
-
-    Raises ComputationError where an exact frame is too long to print.
-    """
+    """The principal frame about O, along the axes of the results. Raises ComputationError if too long."""
     return document.physical.frame_along(document.physical.axes)
 
 

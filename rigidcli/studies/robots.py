@@ -106,10 +106,7 @@ def _forms(link: Link) -> list[LinkGeometry]:
 def _suspicions(
     mass: float, com: Floats, tensor: Floats, forms: Sequence[LinkGeometry]
 ) -> Iterator[tuple[str, str, str | None]]:
-    """The oddities of a mass (kg), its centre (3, m) and a central tensor (3 by 3, kg m^2).
-
-    Each is the key, the reason, and a hint.
-    """
+    """A key, a reason and a hint for what is odd in a mass (kg), its centre (3, m) and tensor (kg m^2)."""
     moments = _moments(tensor, mass)
     placeholder = _placeholder(mass, tensor, any(form.is_near(moments, FACTOR_OF_BALLS) for form in forms))
     if placeholder:
