@@ -95,42 +95,6 @@ def integral(
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = tuple(partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1))
         pieces = [*pieces[:along], *pieces[along + 1 :]]
-    return _refined(runs, pieces, peaks, is_seen, cost, margin, enough)
-
-
-def downhill(function: Function, points: Floats, step: float, last: float) -> Floats:
-    """Points (d by n) of the unit box after a search downhill, with steps that are halved each time.
-
-    The `last` ones are so short that the least value of a smooth function is found but for rounding.
-    """
-    around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
-    columns, count = np.arange(points.shape[1]), around.shape[1]
-    while step > last:
-        moved = np.clip(points[:, :, None] + step * around[:, None], 0, 1)
-        values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
-        points, step = moved[:, columns, values.argmin(axis=1)], step / 2
-    return points
-
-
-def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    """Nodes (d by n) and weights (n) of the product of rules for one coordinate each."""
-    nodes, weights = (product(*(rule[which] for rule in rules)) for which in (0, 1))
-    return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
-
-
-# --- boxes
-
-
-def _refined(
-    runs: Sequence[Function],
-    pieces: Sequence[int],
-    peaks: Sequence[Peak],
-    is_seen: Callable[[Floats, Floats], bool],
-    cost: int,
-    margin: float,
-    enough: float,
-) -> tuple[Floats, float]:
-    """The integral (c) of the second of two functions, and `margin` times its change from the first."""
     depth = len(pieces)
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
     low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
@@ -154,6 +118,29 @@ def _refined(
         chosen = descending[: min(half, max(1, POINTS_AT_ONCE // points))]
         boxes = boxes.halved(runs, chosen, indicator[:, chosen].argmax(axis=0))
         used += points * 2 * chosen.size
+
+
+def downhill(function: Function, points: Floats, step: float, last: float) -> Floats:
+    """Points (d by n) of the unit box after a search downhill, with steps that are halved each time.
+
+    The `last` ones are so short that the least value of a smooth function is found but for rounding.
+    """
+    around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
+    columns, count = np.arange(points.shape[1]), around.shape[1]
+    while step > last:
+        moved = np.clip(points[:, :, None] + step * around[:, None], 0, 1)
+        values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
+        points, step = moved[:, columns, values.argmin(axis=1)], step / 2
+    return points
+
+
+def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Nodes (d by n) and weights (n) of the product of rules for one coordinate each."""
+    nodes, weights = (product(*(rule[which] for rule in rules)) for which in (0, 1))
+    return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
+
+
+# --- boxes
 
 
 def _with_peaks(boxes: Boxes, peaks: Sequence[Peak]) -> Floats:

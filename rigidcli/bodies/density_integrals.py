@@ -255,15 +255,18 @@ class ChartPart:
         with np.errstate(invalid="ignore"):  # where a density without bounds meets a vanishing measure
             return density * measure, place
 
-    def extremes(self, node: tree.Node, sign: int) -> Floats:
-        """Points at which a part of the formula is least (1) or largest (-1), by searches from the net."""
-        heights = np.nan_to_num(sign * self.value(node, self.net))
-        return self._downhill(node, sign, self.net[:, np.argsort(heights, kind="stable")[:SEARCHES_FROM_NET]])
+    def extremes(self, node: tree.Node, sign: int, start: Floats | None = None) -> Floats:
+        """Points at which a part of the formula is least (1) or largest (-1), by searches from `start`.
 
-    def _downhill(self, node: tree.Node, sign: int, start: Floats) -> Floats:
+        Without it they begin at the best points of the net.
+        """
+
         def height(points: Floats) -> Floats:
             return np.nan_to_num(sign * self.value(node, points))
 
+        if start is None:
+            best = np.argsort(height(self.net), kind="stable")
+            start = self.net[:, best[:SEARCHES_FROM_NET]]
         last = cubature.SIDE_AT_PEAK / 10 if self.degree is None else LAST_STEP_OF_POLYNOMIAL
         return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), last)
 
@@ -301,14 +304,14 @@ class ChartPart:
             low, high = (self.value(node, points) for points in ends)
             if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
                 kinks.append(partial(self.value, node))
+            # A net that misses places such as 0, 1/2 and 1, where people put peaks.
+            usual = self._heights(function, 0.0137 + 0.9683 * self.net)
+            least_ridge = RISE_OF_PEAK * np.quantile(usual, USUAL_QUANTILE)
             for sign, points in zip((1, -1), ends, strict=True):
-                peaks += self._peaks(function, points)
-                if self._heights(function, points).max() > RISE_OF_PEAK * np.quantile(
-                    self._usual(function), USUAL_QUANTILE
-                ):
-                    ridges.append(
-                        self._downhill(node, sign, chance.random((len(points), SEARCHES_FOR_RIDGE)))
-                    )
+                peaks += self._peaks(function, points, usual.max())
+                if self._heights(function, points).max() > least_ridge:
+                    start = chance.random((len(points), SEARCHES_FOR_RIDGE))
+                    ridges.append(self.extremes(node, sign, start))
         kinks = [] if peaks else kinks
         is_seen = partial(self._is_seen, np.hstack(ridges[:1] if kinks else ridges))
         integrals, error = cubature.integral(moments, kinks, peaks, is_seen, self.pieces, self.weights.size)
@@ -329,18 +332,13 @@ class ChartPart:
     def _heights(self, function: tree.Node, points: Floats) -> Floats:
         return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
 
-    def _usual(self, function: tree.Node) -> Floats:
-        """The heights on a net that misses places such as 0, 1/2 and 1, where people put peaks."""
-        return self._heights(function, 0.0137 + 0.9683 * self.net)
-
-    def _peaks(self, function: tree.Node, ends: Floats) -> list[Peak]:
-        """Those of the `ends` of searches (d by n) at which a function in the density has a peak.
+    def _peaks(self, function: tree.Node, ends: Floats, usual: float) -> list[Peak]:
+        """Those of the `ends` of searches (d by n) at which a function has a peak above its `usual` height.
 
         It is not bound to a coordinate along which it goes on, such as the angles at the middle of a ball.
         """
         self.density(ends)
-        usual, highest = self._usual(function).max(), self._heights(function, ends)
-        peaks = dict[bytes, Peak]()
+        highest, peaks = self._heights(function, ends), dict[bytes, Peak]()
         for end in ends[:, highest > max(RISE_OF_PEAK * usual, EPS * highest.max())].T:
             bound = np.ones(end.size, dtype=bool)
             for k in range(end.size):
