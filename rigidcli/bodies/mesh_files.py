@@ -1,6 +1,7 @@
 """Surfaces of triangles from files, and whether they enclose a body.
 
-STL, OBJ and OFF have readers of our own, PLY and GLB are read by trimesh.
+STL, OBJ and OFF have readers of our own, PLY and GLB are read by trimesh in a process of its own, for which
+this module is the program.
 
 The corners are an array of shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. Of other
 formats than STL only vertices and faces are read. A face with more than three vertices becomes a fan of
@@ -9,16 +10,19 @@ triangles, which has the same edge and, where it is plane, the same area with it
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.util import find_spec
 from io import BufferedReader
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +32,7 @@ from rigidcli.bodies.surfaces import Surface, require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem, printable, shortened, shown
 from rigidcli.fields.texts import opened
 from rigidcli.language.tokens import NUMERAL
 
@@ -242,11 +246,101 @@ def _indices(values: Floats, path: Path) -> Numbers:
     return values.astype(np.intp)
 
 
+# --- PLY and GLB
+#
+# trimesh reads them in a confined process, as the files are untrusted: it may read files and do nothing else,
+# and its time and memory are bounded. trimesh takes some things for others without a word, such as a skin,
+# which are refused here. 3MF and COLLADA are not read, though trimesh has readers for them: of an object that
+# is repeated within others (3MF), that reader leaves copies out without a word, and text that is no number
+# becomes zero (COLLADA).
+
+# The time that reading may take (s), and so much more a megabyte: trimesh loads in one or two seconds.
+SECONDS, PER_MEGABYTE = 30.0, 1.0
+TIMES_THE_FILE = 40  # the memory that trimesh may take beyond a gigabyte, in units of the size of the file
+# Beginnings of the names of extensions that leave a surface where it is.
+APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+# Keys of a scene, at any depth, that move a surface or repeat it, and that trimesh passes over.
+PASSED_OVER = ("skin", "weights", "sparse", "EXT_mesh_gpu_instancing")
+READ = b"triangles\n"  # the first bytes of the answer of the process, where the file could be read
+
+
 def _by_trimesh(path: Path) -> Floats:
-    from rigidcli.bodies.mesh_trimesh import triangles
+    """The corners of a PLY file, or of all that a GLB file shows."""
+    import subprocess  # which few documents need
 
     with _sized(path, WORDS):
-        return _in_rows(triangles(path))
+        if find_spec("trimesh") is None:
+            hint = "python -m pip install 'rigidcli[mesh]', or save it as STL"
+            message = f"{path}: trimesh, which reads {path.suffix.lower()}, is not installed"
+            raise ValueProblem(message, hint=hint)
+        most = SECONDS + PER_MEGABYTE * path.stat().st_size / 1e6
+        try:
+            done = subprocess.run(  # noqa: S603 - this very program, by its absolute name
+                [sys.executable, "-P", "-m", __name__, str(path.absolute())],
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=most,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            reason = error.strerror if isinstance(error, OSError) else f"not done within {most:.0f} s"
+            raise ValueProblem(f"{path}: cannot be read: {reason}", hint="save it as STL") from None
+    if done.returncode == 0 and done.stdout.startswith(READ):
+        return _in_rows(np.frombuffer(done.stdout, offset=len(READ)).reshape(-1, 3, 3))
+    message = printable(shortened(done.stdout.decode("utf-8", "replace")))
+    raise ValueProblem(f"{path}: {message or 'it takes too much memory to read'}", hint="save it as STL")
+
+
+def _work(path: Path) -> bytes:
+    """What the process answers: the triangles, or why there are none."""
+    from rigidcli.sandbox import Limits, confine  # which only this process needs
+
+    size = path.stat().st_size
+    room = min(2**30 + TIMES_THE_FILE * size, memory.available())
+    confine(Limits(memory=int(room)), 1)  # standard output stays open, and nothing else
+    try:
+        kind = path.suffix[1:].lower()
+        for what in _passed_over(path.read_bytes()) if kind == "glb" else ():
+            return f"there is {shown(what)}, which trimesh does not read".encode()
+        import trimesh  # which takes a second or two
+
+        with path.open("rb") as file:
+            scene = trimesh.load_scene(file, file_type=kind, process=False, validate=False)
+        shown_as = [scene.graph.get(node)[1] for node in scene.graph.nodes_geometry]
+        surfaces = [scene.geometry[name] for name in shown_as if hasattr(scene.geometry[name], "faces")]
+        for surface in surfaces:
+            require_indices(surface.faces, len(surface.vertices), path)
+        faces = scene.to_mesh().triangles if surfaces else np.empty((0, 3, 3))
+        return READ + np.asarray(faces, dtype=np.float64).tobytes()
+    except ValueProblem as problem:
+        return problem.message.removeprefix(f"{path}: ").encode()
+    except MemoryError:
+        return b""
+    except Exception as error:  # noqa: BLE001 - whatever it is, nothing can be made of the file
+        return f"trimesh cannot read it: {type(error).__name__}: {error}; is it cut or damaged?".encode()
+
+
+def _passed_over(data: bytes) -> Iterator[str]:
+    """The words in a .glb file for what trimesh passes over, or takes for something else."""
+    # Behind a head of 12 bytes stand the length of the scene in JSON, four bytes for its kind, and the scene.
+    scene = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    yield from (name for name in scene.get("extensionsRequired", []) if not name.startswith(APPEARANCE))
+    if any("camera" in node and node.keys() & {"mesh", "children"} for node in scene.get("nodes", [])):
+        yield "camera"
+    for key, value in _entries(scene):
+        if key in PASSED_OVER:
+            yield key
+        elif (key, value) == ("mode", 6):
+            yield "TRIANGLE_FAN"
+
+
+def _entries(value: Any) -> Iterator[tuple[str, Any]]:
+    for entry in value if isinstance(value, list) else ():
+        yield from _entries(entry)
+    for key, entry in value.items() if isinstance(value, dict) else ():
+        yield key, entry
+        yield from _entries(entry)
 
 
 # The readers that need no other library, by the ending of the file's name.
@@ -404,3 +498,8 @@ def _overlaps(path: Path, surface: Surface, probes: Numbers, labels: Numbers, or
         cure = "to count it once, unite the parts in the program that made the file"
         notes.append(f"parts overlap: {where}; {cure}")
     return notes
+
+
+if __name__ == "__main__":
+    sys.stdout.buffer.write(_work(Path(sys.argv[1])))
+    sys.stdout.flush()

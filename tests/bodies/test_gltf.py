@@ -12,7 +12,7 @@ import pytest
 
 import rigidcli
 from rigidcli import RigidError
-from rigidcli.bodies import mesh_trimesh
+from rigidcli.bodies import mesh_files
 from tests.conftest import Program
 from tests.meshes import box, indexed
 
@@ -52,9 +52,9 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reads files without a process of its own, in which trimesh would take a second to load each time."""
 
     def run(command: list[str], **_: Any) -> subprocess.CompletedProcess[bytes]:
-        return subprocess.CompletedProcess(command, 0, mesh_trimesh._work(Path(command[-1])))
+        return subprocess.CompletedProcess(command, 0, mesh_files._work(Path(command[-1])))
 
-    monkeypatch.setattr(mesh_trimesh, "confine", lambda *_: None)
+    monkeypatch.setattr("rigidcli.sandbox.confine", lambda *_: None)
     monkeypatch.setattr(subprocess, "run", run)
 
 
@@ -198,7 +198,7 @@ def test_a_ply_file_that_asks_for_all_memory_is_refused(tmp_path: Path) -> None:
 def test_without_trimesh_the_message_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(mesh_trimesh, "find_spec", lambda name: None)
+    monkeypatch.setattr(mesh_files, "find_spec", lambda name: None)
     with pytest.raises(RigidError, match=r"scene.glb: trimesh.* is not installed.*\n.*rigidcli\[mesh\]"):
         rigidcli.inertia(written(tmp_path), settings=["body.density=1"])
 
