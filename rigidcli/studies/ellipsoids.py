@@ -61,10 +61,9 @@ def ellipsoid(
     circles += [sine * (np.cos(side) * x + np.sin(side) * y) + cosine * z for side in sides]
     own, middle = np.eye(3) if turn is None else turn, np.zeros(3) if centre is None else centre
     lines = [(circle * axes @ own + middle, circle / axes @ own) for circle in circles]
-    names = [label] + [""] * len(lines)
     return [
-        Mark("line", line, name, quiet=True, normals=normals)
-        for (line, normals), name in zip(lines, names, strict=False)
+        Mark("line", line, "" if number else label, quiet=True, normals=normals)
+        for number, (line, normals) in enumerate(lines)
     ]
 
 

@@ -115,12 +115,9 @@ def _suspicions(
         return
     outside = [_outside(com, form.box) for form in forms]
     if min(outside) > FAR_OUTSIDE:
-        where = ", ".join(f"{part:.6g}" for part in com)
-        hint = (
-            "the position may be in mm, expected m"
-            if min(_outside(com / 1e3, f.box) for f in forms) <= 0
-            else None
-        )
+        where, hint = ", ".join(f"{part:.6g}" for part in com), None
+        if min(_outside(com / 1e3, form.box) for form in forms) <= 0:
+            hint = "the position may be in mm, expected m"
         text = f"the centre of mass ({where}) m is outside its {forms[0].role}"
         yield "position", f"{text}, by {min(outside):.3g} of its diagonal", hint
     form, densities = forms[0], [mass / form.volume for form in forms]

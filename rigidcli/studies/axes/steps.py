@@ -56,20 +56,16 @@ def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
         if half:
             whole = Product((whole, Reciprocal(Number("2", 2))))
         if len(reading(whole)) <= 2 * LONGEST:
-            symbol = "_".join(title)
-            shown.append(Field("", formula(whole, n), title, symbol))
+            shown.append(Field("", formula(whole, n), title, "_".join(title)))
 
     for k, axis in enumerate("xyz"):
         worked(f"L{axis}", tensor[k], omega)
     shown.append(results["angular_momentum"])
     worked("T", omega, momentum, half=True)
     shown.append(results["kinetic_energy"])
-    sentence = "L = I omega, and T = omega.L/2."
-    torque = results["holding_torque"]
+    sentence, torque = "L = I omega, and T = omega.L/2.", results["holding_torque"]
     if torque.value is not None and any(entry != 0 for entry in torque.value):
-        sentence += (
-            " While omega stays as it is, L turns with the body, which takes the torque N = omega x L."
-        )
+        sentence += " While omega stays, L turns with the body, which takes the torque N = omega x L."
         for k, axis in enumerate("xyz"):
             i, j = (k + 1) % 3, (k + 2) % 3
             worked(f"N{axis}", (omega[i], -omega[j]), (momentum[j], momentum[i]))
@@ -135,21 +131,17 @@ def _axis(
     shown = singular if factor is None else n.tidy(factor * singular)
     fields = [Field("", shown, "I - lambda 1", r"\mathbf{I} - \lambda\mathbf{1}", "kg m^2")]
     sentence = ""
-    echelon = reduced(singular, 3 - len(group), n)
-    if echelon is not None:
-        matrix, pivots = echelon
+    if (rows := reduced(singular, 3 - len(group), n)) is not None:
+        matrix, pivots = rows
         fields.append(Field("", matrix, "row echelon form", r"\text{row echelon form}"))
         fields += solution(matrix, pivots, "xyz", n)
         free = ["xyz"[k] for k in range(3) if k not in pivots]
         sentence = f"The free {'variable is' if len(free) == 1 else 'variables are'} {' and '.join(free)}. "
     fields += [Field("", frame.axes[k], f"e{k + 1}", rf"\mathbf{{e}}_{{{k + 1}}}") for k in group]
+    title, last = "Axis", "The solution of length one is"
     if len(group) == 2:
-        title, last = (
-            "Axes",
-            "The root is double: any two orthogonal vectors of length one in this plane serve, such as",
-        )
-    else:
-        title, last = "Axis", "The solution of length one is"
+        title = "Axes"
+        last = "The root is double: any two orthogonal vectors of length one in this plane serve, such as"
     roots = " = ".join(f"lambda{k + 1}" for k in group)
     names = " and ".join(f"e{k + 1}" for k in group)
     return Step(f"{title} of {roots}", f"{sentence}{last} {names}.", tuple(fields))

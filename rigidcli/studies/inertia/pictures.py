@@ -86,10 +86,7 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
         return
     place = form.motion(FLOAT)
     inner = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
-    material: list[Floats] = []
-    holes: list[Floats] = []
-    wires: list[Floats] = []
-    is_rough = False
+    material, holes, wires, is_rough = list[Floats](), list[Floats](), list[Floats](), False
     for leaf in (leaf.within(place, 1, ()) for leaf in inner):
         turn, shift = leaf.rotation, leaf.displacement
         if isinstance(leaf.form, PointMasses):
