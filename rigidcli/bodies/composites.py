@@ -298,10 +298,6 @@ class Leaf:
         moved = turn @ self.displacement + shift
         return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
 
-    def fills_unknown_space(self) -> bool:
-        """Whether the form does not say where its mass is, as a known tensor does not."""
-        return not isinstance(self.form, Shape | Mesh) and not hasattr(self.form, "points")
-
     def fills_space(self) -> bool:
         """Whether the form has an inside, of which it can give points."""
         return isinstance(self.form, Region | Mesh)
@@ -431,7 +427,9 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
             raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
     regions = [leaf.in_floats(n) for leaf in leaves if leaf.fills_space()]
     placed = [region for region in regions if region is not None]
-    if len(placed) < len(regions) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
+    material = [leaf.form for leaf in leaves if leaf.sign > 0]
+    is_known = all(isinstance(form, Shape | Mesh) or hasattr(form, "points") for form in material)
+    if len(placed) < len(regions) or not is_known:
         return
     middles, radii = (np.array(parts) for parts in zip(*(region.ball for region in placed), strict=True))
     for hole in placed:

@@ -147,7 +147,7 @@ class Form(Section):
         """The point of the form, in its own axes, that is put at `position` (3, m)."""
         return arithmetic.array([0, 0, 0])
 
-    def motion(self, arithmetic: Arithmetic, pivot: Array | None = None) -> tuple[Array, Array]:
+    def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
         """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
         turn = arithmetic.array(tensor.IDENTITY)
         if self.rotation is not None:
@@ -156,14 +156,12 @@ class Form(Section):
         elif self.axis is not None:
             with at("axis"):
                 turn = rotation.onto(self.axis, arithmetic)
-        pivot = self.pivot(arithmetic) if pivot is None else pivot
-        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ pivot
+        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
 
     def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        local, pivot = self.local(arithmetic), self.pivot(arithmetic)
-        turn, shift = self.motion(arithmetic, pivot)
-        return mass_properties.place(local, turn, shift, arithmetic)
+        local = self.local(arithmetic)
+        return mass_properties.place(local, *self.motion(arithmetic), arithmetic)
 
     def principal_frame(self, inertia: Array, point: Array, axes: Array, n: Arithmetic) -> PrincipalFrame:
         """The principal frame about `point` (3, m), where the tensor is `inertia` (3 by 3, kg m^2).
