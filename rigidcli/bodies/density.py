@@ -120,10 +120,7 @@ def place_text(place: Floats, size: float) -> str:
 
 
 def centred(moments: Array, n: Arithmetic = FLOAT) -> tuple[Any, Array, Array]:
-    """The mass, its centre (3), and the sums of m r r^T about it (3 by 3), from integrals (10) of moments.
-
-    Raises ValueProblem for a mass that is not positive, or integrals beyond the range of floats.
-    """
+    """Mass, centre (3), sums of m r r^T about it (3 by 3) of integrals (10). Raises ValueProblem."""
     matrix = np.empty((4, 4), dtype=moments.dtype)
     matrix[FIRST, SECOND] = matrix[SECOND, FIRST] = moments
     mass = matrix[0, 0]

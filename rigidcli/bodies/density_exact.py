@@ -35,10 +35,7 @@ Factors: TypeAlias = Sequence[tuple[Atom, Rational]]  # a product of powers of a
 
 
 def exact_properties(formula: BoundExpression, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
-    """Mass, centre of mass and tensor.
-
-    Raises ComputationError where there is no closed form, and ValueProblem for a mass that is not positive.
-    """
+    """Exact mass properties. Raises ComputationError without closed form, ValueProblem without mass."""
     allowance = Allowance(MAX_STEPS)
     try:
         of_charts = zip(*(_moments(formula, chart, allowance) for chart in charts), strict=True)

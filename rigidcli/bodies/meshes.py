@@ -87,10 +87,7 @@ class Mesh(Form):
         return surface.box.mean(axis=0) * self.unit, surface.size * self.unit / 2
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        """Which of the points (n; m, axes of the file) are inside.
-
-        Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
-        """
+        """Which of the points (n; m, axes of the file) are inside; of too many, some are taken to be."""
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
         inside: Mask = self.checked.surface.windings(points) != 0
         return inside

@@ -125,10 +125,7 @@ def _sides(a: Floats, b: Floats, points: Floats) -> Floats:
 
 
 def plane_of(vertices: Array) -> tuple[Array, Array]:
-    """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to that of a polygon (k by 3, m).
-
-    Raises ValueProblem when the vertices lie on a line.
-    """
+    """Rotation and displacement (3, m) from z = 0 to a polygon (k by 3). Raises ValueProblem for a line."""
     spokes = vertices - vertices[0]
     spokes = spokes / np.linalg.norm(spokes, axis=1).max()
     first = spokes[np.argmax((spokes**2).sum(axis=1))]

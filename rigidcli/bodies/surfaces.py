@@ -241,12 +241,9 @@ class Surface:
 
     @property
     def second(self) -> Floats:
-        """The mean of r r^T about the centre (3 by 3).
-
-        That of a tetrahedron with vertices at d is (sum d d^T + s s^T)/20 about the origin, where s is their
-        sum.
-        """
+        """The mean of r r^T about the centre (3 by 3)."""
         with np.errstate(divide="ignore"):
+            # That of a tetrahedron with vertices at d, of sum s, is (sum d d^T + s s^T)/20 about the origin.
             mean = self._products / (20 * np.float64(self.volume))
         second: Floats = mean - np.outer(self.centre, self.centre)
         return second

@@ -145,10 +145,7 @@ def _moments(tensor: Floats, mass: float) -> Floats:
 
 
 def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
-    """Why a tensor looks like a placeholder: it is zero, or has equal moments that no measurement gives.
-
-    A tensor that `fits` the geometry is no placeholder but that of a ball or a cube.
-    """
+    """Why a tensor looks like a placeholder; one that `fits` the geometry is that of a ball or a cube."""
     if not tensor.any():
         return "the tensor is zero: this is a point, which most simulators refuse or change"
     moment = float(tensor[0, 0])
