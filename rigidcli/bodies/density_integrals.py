@@ -33,6 +33,7 @@ from rigidcli.language.expression import array
 
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_files import Checked
+    from rigidcli.bodies.primitives import Figure
 
 # Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
 POINTS_OF_NET = 13
@@ -54,22 +55,20 @@ KINKED = ("abs", "sign", "atan2")  # functions that have a kink or a jump where 
 WORST_ERROR = 1e-4  # the largest relative error that an answer may have
 
 
-def integrated(
-    density: BoundExpression, charts: Sequence[Chart], geometry: Any, unit: str, n: Arithmetic
-) -> MassProperties:
+def integrated(density: BoundExpression, figure: Figure, unit: str, n: Arithmetic) -> MassProperties:
     """Mass properties of a shape with a density that varies, in the `unit` of messages.
-
-    `geometry` is that of the shape if it were uniform: its centre and its spread, about which sums are taken.
 
     Raises ValueProblem for a density that no body has, and ComputationError where integrals cannot be had.
     """
     if n.exact:
         from rigidcli.bodies.density_exact import exact_properties
 
-        return exact_properties(density, charts, n)
-    about, second = (np.array(part, dtype=np.float64) for part in geometry[1:3])
+        return exact_properties(density, figure.charts(), n)
+    # Sums are taken about the centre of the uniform shape, in units of its spread.
+    about, second = (np.array(part, dtype=np.float64) for part in figure.geometry()[1:])
     size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
-    parts = [part.moments(about, np.where(size > 0, size, 1.0)) for part in looked_at(density, charts, unit)]
+    looked = looked_at(density, figure.charts(), unit)
+    parts = [part.moments(about, np.where(size > 0, size, 1.0)) for part in looked]
     return _properties(parts, np.zeros(3), about, size)
 
 

@@ -126,10 +126,9 @@ class Mesh(Form):
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        if self.density is not None and not isinstance(self.density, BoundExpression):
-            return self.density
-        mass = self.mass if self.density is None else self.local(n).mass
-        return (mass or 0) / self.volume
+        if self.mass is None and not isinstance(self.density, BoundExpression):
+            return self.density or 0
+        return (self.local(n).mass or 0) / self.volume
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""

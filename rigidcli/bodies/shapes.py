@@ -216,11 +216,9 @@ class Shape(Form):
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        if self.mass is not None:
-            return self.mass / self.figure(n).geometry().measure
-        if isinstance(self.density, BoundExpression):
-            return (self.local(n).mass or 0) / self.figure(n).geometry().measure
-        return self.density or 0
+        if self.mass is None and not isinstance(self.density, BoundExpression):
+            return self.density or 0
+        return (self.local(n).mass or 0) / self.figure(n).geometry().measure
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
@@ -240,8 +238,7 @@ class Shape(Form):
                 with suppress(NoValueError):  # what hangs on symbols may be positive or negative
                     shape = self.model_copy(update=floats(self.__dict__, n))
                     looked_at(shape.density, shape.maps(FLOAT), self.UNIT)
-            geometry = self.figure(n).geometry()
-            self._integrated = integrated(density, self.maps(n), geometry, self.UNIT, n)
+            self._integrated = integrated(density, self.figure(n), self.UNIT, n)
         return self._integrated
 
 
