@@ -128,7 +128,7 @@ class Mesh(Form):
         """The density as given, or as it follows from the mass."""
         if self.mass is None and not isinstance(self.density, BoundExpression):
             return self.density or 0
-        return (self.local(FLOAT).mass or 0) / self.volume
+        return (self.local(n).mass or 0) / self.volume
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""

@@ -351,9 +351,11 @@ def test_a_file_by_itself_is_named_once_and_has_a_name(program: Program, tmp_pat
 
 def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", BOX)
-    outcome = program("inertia", "--exact", "-", stdin=f"body: {{mesh: '{path}', density: 1}}")
-    assert (outcome.code, outcome.out) == (4, "")
-    assert "a mesh has no exact results" in outcome.err
+    hole = "{shape: cube, side: 0.1, hole: true}"
+    for body in (f"{{mesh: '{path}', density: 1}}", f"{{parts: [{{mesh: '{path}', mass: 1}}, {hole}]}}"):
+        outcome = program("inertia", "--exact", "-", stdin=f"body: {body}")
+        assert (outcome.code, outcome.out) == (4, "")
+        assert "a mesh has no exact results" in outcome.err
     assert refusal(tmp_path / "b.stl") == ": no such file"
     assert "ends in one of `.stl`, `.obj`, `.off`, `.ply`" in refusal(tmp_path / "b.step")
     os.mkfifo(tmp_path / "pipe.stl")
