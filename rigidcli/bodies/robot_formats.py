@@ -499,10 +499,8 @@ def _named_once(links: Sequence[Link]) -> list[Link]:
         if name in first:
             message = f"this name stands twice, first in line {first[name]}"
         first.setdefault(name, link.line)
-        problem = link.problem
-        if message and problem is None:
-            problem = Problem(link.source, message, link.line, f"link {name}".rstrip())
-        named.append(link._replace(name=name, problem=problem))
+        own = Problem(link.source, message, link.line, f"link {name}".rstrip()) if message else None
+        named.append(link._replace(name=name, problem=link.problem or own))
     return named
 
 
@@ -514,15 +512,16 @@ def one_link(path: Path, name: str | None) -> Link:
         raise _as_value(error.problems[0]) from None
     links = robot.links
     named = [link for link in links if (not link.without if name is None else link.name == name)]
-    if len(named) == 1 and not named[0].without:
-        if named[0].problem is not None:
-            raise _as_value(named[0].problem)
-        return named[0]
-    if named and name is not None:
-        raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}", hint=robot.cure)
-    weighed = listed([link.name for link in links if not link.without])
-    read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
-    raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")
+    if not named or (name is None and len(named) > 1):
+        weighed = listed([link.name for link in links if not link.without])
+        read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
+        raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")
+    link = named[-1]  # of two links of one name, the second one has a problem
+    if link.problem is not None:
+        raise _as_value(link.problem)
+    if link.without:
+        raise ValueProblem(f"{path}:{link.line}: link {name}: {link.without}", hint=robot.cure)
+    return link
 
 
 def _as_value(problem: Problem) -> ValueProblem:

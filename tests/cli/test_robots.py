@@ -162,3 +162,10 @@ def test_a_link_is_a_form_of_body_in_documents(program: Program, tmp_path: Path)
     assert str(exact["tensor"][0][0]) == "37/2000"
     swept = program("inertia", str(document), "--sweep", "body.parts.0.link=forearm,base", "-f", "csv").out
     assert [row.split(",")[0] for row in swept.splitlines()] == ["body.parts.0.link", "forearm", "base"]
+
+
+def test_a_link_whose_name_stands_twice_is_told(tmp_path: Path) -> None:
+    link = '<link name="b"><inertial/></link>\n'
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">\n{link}{link}</robot>')
+    with pytest.raises(rigidcli.RigidError, match=r"r.urdf:3: link b: this name stands twice"):
+        rigidcli.loads(f"body: {{robot: '{tmp_path}/r.urdf', link: b}}")
