@@ -108,9 +108,9 @@ _NUMBER = re.compile(NUMERAL.encode())
 # The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them.
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 
+# The heads of columns that say which point it is, and are not read.
 _LABEL_WORDS = "body comment description id index item label material name no part"
 LABELS = {"", "#", *_LABEL_WORDS.split()}
-"""The heads of columns that say which point it is, and are not read."""
 
 # What makes commas of the separators of a table, and points of the decimal commas beside `;`.
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}

@@ -217,15 +217,15 @@ class _Urdf:
     def weight(self, link: Element) -> Weight:
         inertial = link.find("inertial")
         if inertial is None:
-            return self.NOTHING
+            return {"without": self.NOTHING}
         mass, frame = self.mass(inertial), self.frame(inertial, link)
         if not mass:
-            return NO_MASS
+            return {"without": NO_MASS}
         places = {"mass": "mass", "inertia": "inertia", "position": self.PLACE, "rotation": self.PLACE}
         elements = {key: inertial.find(tag) for key, tag in places.items()}
         lines = {key: element.line for key, element in elements.items() if element is not None}
         inertia = dict(zip(ENTRIES, self.moments(inertial), strict=True))
-        return {"mass": mass, "inertia": inertia, **frame}, lines
+        return {"body": {"mass": mass, "inertia": inertia, **frame}, "lines": lines}
 
     def link(self, element: Element, name: str) -> Link:
         """A link. Geometry that cannot be read is like that of unknown volume."""
@@ -335,7 +335,7 @@ class _Sdf(_Urdf):
     def weight(self, link: Element) -> Weight:
         inertial = link.find("inertial")
         if inertial is not None and inertial.is_true("auto"):
-            return "no mass that is written: its simulator infers it from the collisions"
+            return {"without": "no mass that is written: its simulator infers it from the collisions"}
         return super().weight(link)
 
 
@@ -419,15 +419,16 @@ def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
             message = "an `<inertial>` in a `<frame>` is not read, expected it in the body itself"
             raise other.refusal(message, SAVED)
     if element is None:
-        return "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
+        reason = "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
+        return {"without": reason}
     (mass,) = element.numbers("mass", 1)
     if not mass:
-        return NO_MASS
+        return {"without": NO_MASS}
     frame = _placed(element.numbers("pos", 3), **_turn(element, compiler))
     xx, yy, zz, xy, xz, yz = _moments(element)
     lines = dict.fromkeys(("mass", "inertia", "position"), element.line)
     inertia = dict(zip(ENTRIES, (xx, xy, xz, yy, yz, zz), strict=True))
-    return {"mass": mass, "inertia": inertia, **frame}, lines
+    return {"body": {"mass": mass, "inertia": inertia, **frame}, "lines": lines}
 
 
 def _turn(element: Element, compiler: Mapping[str, str]) -> Body:

@@ -11,8 +11,8 @@ from rigidcli.fields.texts import ending
 
 ENDINGS = (".urdf", ".sdf", ".world", ".xml", ".xacro")  # how the names of robot descriptions end
 Body: TypeAlias = dict[str, Any]  # a form of body, as the section `body` of a document has it
-# The mass and the tensor of a link, as a body, and their lines; or the reason why a link has none.
-Weight: TypeAlias = tuple[Body, Mapping[str, int]] | str
+# What the mass and the tensor of a link make of it: its `body` and `lines`, or why it is `without` them.
+Weight: TypeAlias = dict[str, Any]
 # The entries of a tensor, in the order in which URDF and SDF write them.
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 LISTED = 20  # the most links that a message lists
@@ -44,14 +44,10 @@ class Link(NamedTuple):
     def weighed(self, read: Callable[[], Weight]) -> Link:
         """The link with what `read` gives, or with the problem that reading has."""
         try:
-            weight = read()
+            return self._replace(**read())
         except DocumentError as error:
             (problem,) = error.problems
             return self._replace(problem=replace(problem, key=f"link {self.name}"))
-        if isinstance(weight, str):
-            return self._replace(without=weight)
-        body, lines = weight
-        return self._replace(body=body, lines=lines)
 
 
 class Robot(NamedTuple):
