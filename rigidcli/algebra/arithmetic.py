@@ -29,8 +29,7 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
-MOST_NODES_TO_PRINT = 4_000
-"""The most nodes of a result: its text would be several pages long."""
+MOST_NODES_TO_PRINT = 4_000  # the most nodes of a result: its text would be several pages long
 
 _HALF = Fraction(1, 2)
 

@@ -253,8 +253,7 @@ class Group(Atom, Generic[E]):
         self.positive = inner.sign() == 1 and inner.is_strict()
 
 
-Monomial: TypeAlias = tuple[tuple[Atom, Rational], ...]
-"""Atoms in the order of their keys, each with its exponent."""
+Monomial: TypeAlias = tuple[tuple[Atom, Rational], ...]  # atoms in the order of their keys, with exponents
 
 A = TypeVar("A", bound=Atom)
 

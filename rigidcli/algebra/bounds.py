@@ -14,26 +14,13 @@ from rigidcli.errors import ExpressionError
 
 Rational: TypeAlias = int | Fraction
 
-MOST_STEPS = 60_000
-"""Steps for one question about one expression: a few tenths of a second."""
-
-MOST_TERMS_OF_SUM = 10_000
-"""Most terms of a sum: adding so many takes a hundredth of a second."""
-
-MOST_NODES_OF_ATOM = 20_000
-"""The most nodes of a function or a group: its text would fill some 20 pages."""
-
-DEEPEST_NESTING = 120
-"""Largest depth to which functions and groups may stand inside each other."""
-
-MAX_BITS = 10_000
-"""Most bits of a numerator or denominator, about 3,000 digits, so that each operation is quick."""
-
-MAX_ROOT_BITS = 512
-"""Most bits of a number under a root, about 150 digits, as it is searched for factors."""
-
-MAX_DIVISOR = 2_000
-"""The largest prime factor that is looked for under a root. Larger ones stay together."""
+MOST_STEPS = 60_000  # steps for one question about one expression: a few tenths of a second
+MOST_TERMS_OF_SUM = 10_000  # most terms of a sum: adding so many takes a hundredth of a second
+MOST_NODES_OF_ATOM = 20_000  # the most nodes of a function or a group: its text would fill some 20 pages
+DEEPEST_NESTING = 120  # largest depth to which functions and groups may stand inside each other
+MAX_BITS = 10_000  # most bits of a numerator or denominator, about 3,000 digits, for quick operations
+MAX_ROOT_BITS = 512  # most bits of a number under a root, about 150 digits, as it is searched for factors
+MAX_DIVISOR = 2_000  # the largest prime factor that is looked for under a root; larger ones stay together
 
 
 class Allowance:

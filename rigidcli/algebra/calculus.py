@@ -71,8 +71,7 @@ def derivative(e: Expr, name: str) -> Expr:
 _INTEGRALS = {"sin": "-cos(x)", "cos": "sin(x)", "sinh": "cosh(x)", "cosh": "sinh(x)", "exp": "exp(x)"}
 """The integral of each function of one argument."""
 
-MAX_PARTS = 40
-"""The highest power of the variable beside another function that is integrated by parts."""
+MAX_PARTS = 40  # the highest power of the variable beside another function that is integrated by parts
 
 
 def antiderivative(e: Expr, name: str) -> Expr | None:

@@ -99,8 +99,7 @@ def free_of(names: Iterable[str], e: Expr) -> Expr:
     return Expr({m: c for m, c in e.terms.items() if all(known.isdisjoint(a.names) for a, _ in m)})
 
 
-Polynomial: TypeAlias = dict[tuple[int, ...], Expr]
-"""Coefficients by the exponents of some symbols."""
+Polynomial: TypeAlias = dict[tuple[int, ...], Expr]  # coefficients by the exponents of some symbols
 
 
 def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:

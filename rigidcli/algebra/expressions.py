@@ -393,8 +393,7 @@ def power(base: Expr, exponent: Rational) -> Expr:
     return gathered(surd(coefficient, int(exponent)), raised)
 
 
-MOST_TERMS_OF_SQUARES = 30
-"""The most terms of a sum in which squares are looked for, as pairs of them are tried."""
+MOST_TERMS_OF_SQUARES = 30  # the most terms of a sum in which squares are looked for: pairs of them are tried
 
 
 @lru_cache(4096)

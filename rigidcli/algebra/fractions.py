@@ -20,17 +20,10 @@ from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, atomic, divided, factored, gathered, product, total
 from rigidcli.errors import ExpressionError
 
-MOST_TERMS = 250
-"""Largest number of terms of a polynomial that is divided or factored."""
-
-MOST_VARIABLES = 12
-"""Largest number of variables of such a polynomial."""
-
-HIGHEST_POWER = 30
-"""Largest exponent of a variable in such a polynomial."""
-
-_SQUARED = {"sin": ("cos", -1), "sinh": ("cosh", 1)}
-"""Functions whose squares go: sin^2 = 1 - cos^2, sinh^2 = -1 + cosh^2."""
+MOST_TERMS = 250  # largest number of terms of a polynomial that is divided or factored
+MOST_VARIABLES = 12  # largest number of variables of such a polynomial
+HIGHEST_POWER = 30  # largest exponent of a variable in such a polynomial
+_SQUARED = {"sin": ("cos", -1), "sinh": ("cosh", 1)}  # sin^2 = 1 - cos^2, sinh^2 = -1 + cosh^2 are put in
 
 
 class _Ring(NamedTuple):

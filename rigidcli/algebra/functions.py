@@ -27,8 +27,7 @@ from rigidcli.algebra.expressions import (
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
-_SHOWN = 24
-"""Most digits of a number that a message repeats."""
+_SHOWN = 24  # most digits of a number that a message repeats
 
 _HALF = Fraction(1, 2)
 

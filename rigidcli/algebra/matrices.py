@@ -15,17 +15,10 @@ from rigidcli.errors import ExpressionError
 
 Matrix: TypeAlias = Sequence[Sequence[Expr]]
 
-LARGEST = 4
-"""The most rows of a block whose determinant is worked out in symbols: it has up to 24 products."""
-
-MOST_TERMS = 24
-"""The most terms of that determinant, multiplied out: beyond, the inverse would fill pages."""
-
-FEW_TERMS = 12
-"""The most terms of four rows that are inverted where H is known without it: an entry fills a screen."""
-
-MOST_PRODUCTS = 5_000
-"""The most products of a larger determinant of few entries: a tenth of a second."""
+LARGEST = 4  # the most rows of a block whose determinant is worked out in symbols: 24 products
+MOST_TERMS = 24  # the most terms of that determinant, multiplied out: beyond, the inverse would fill pages
+FEW_TERMS = 12  # the same where H is known without the inverse: an entry fills a screen
+MOST_PRODUCTS = 5_000  # the most products of a larger determinant of few entries: a tenth of a second
 
 
 def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:

@@ -21,20 +21,11 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import text
 
-MAX_TERMS_TO_TIDY = 300
-"""Most terms of a sum that is rearranged at all."""
-
-MOST_NODES_TO_TIDY = 1_000
-"""The most nodes of an expression that is rearranged: its text fills more than a page."""
-
-MAX_STEPS_TO_TIDY = 20_000
-"""Steps in one call after which no further forms are looked for: a few hundredths of a second."""
-
-_STEPS_TO_WRITE = 50
-"""Steps for one term of a form that is written as text, to compare its length."""
-
-DEEPEST_ROOT = 3
-"""Largest depth of a sum under a root that is made shorter again: each level takes three times as long."""
+MAX_TERMS_TO_TIDY = 300  # most terms of a sum that is rearranged at all
+MOST_NODES_TO_TIDY = 1_000  # the most nodes of an expression that is rearranged: more than a page
+MAX_STEPS_TO_TIDY = 20_000  # steps after which no further forms are looked for: a few hundredths of a second
+_STEPS_TO_WRITE = 50  # steps for one term of a form that is written as text, to compare its length
+DEEPEST_ROOT = 3  # largest depth of a sum under a root that is made shorter: each level triples the time
 
 
 @lru_cache(maxsize=4096)
@@ -296,8 +287,7 @@ def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
 
 # --- sines, cosines and exponentials
 
-_STEPS_TO_SEARCH = 5
-"""Steps for each pair of functions in a term, each of which is looked up beside another."""
+_STEPS_TO_SEARCH = 5  # steps for each pair of functions in a term, each of which is looked up beside another
 
 
 class _Pair(NamedTuple):

@@ -317,8 +317,7 @@ def is_even(exponent: tree.Node) -> bool:
     return isinstance(exponent, tree.Number) and exponent.value % 2 == 0
 
 
-_Variables: TypeAlias = Mapping[str, tuple[int, float]]
-"""The place of the coordinate of each variable, and the degree of it."""
+_Variables: TypeAlias = Mapping[str, tuple[int, float]]  # coordinate number and degree by name
 
 OF_COORDINATE, OF_VELOCITY, OF_ACCELERATION = 0.001, 1, 100
 """The degrees of variables: products of coordinates are below a velocity, and those of velocities below an
@@ -437,8 +436,7 @@ def _has_function(node: tree.Node) -> bool:
     return False
 
 
-MOST_DIGITS = 15
-"""The most digits of a coefficient: a float holds so many, and nobody types more."""
+MOST_DIGITS = 15  # the most digits of a coefficient: a float holds so many, and nobody types more
 
 
 def _in_decimals(node: tree.Node) -> tree.Node:

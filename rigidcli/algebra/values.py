@@ -26,17 +26,10 @@ from rigidcli.language.expression import numbers
 from rigidcli.language.tree import Kind, UnknownFunction, fold
 from rigidcli.language.words import FUNCTIONS
 
-POINTS = 3
-"""Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""
-
-SIGNED_POINTS = 24
-"""Points at which what no law proves is tried, so that most choices of signs of a few names are seen."""
-
-TRIALS = 60
-"""Points that are tried at most, as an expression may have no value at some."""
-
-PRECISIONS = (64, 1100)
-"""Bits of balls: a few tell most numbers from zero, 330 digits are taken for a proof where there is none."""
+POINTS = 3  # points at which an expression must seem to be zero: a polynomial does so by chance only
+SIGNED_POINTS = 24  # points for what no law proves, so that most choices of signs of a few names are seen
+TRIALS = 60  # points that are tried at most, as an expression may have no value at some
+PRECISIONS = (64, 1100)  # bits of balls: few tell most numbers from zero, 330 digits pass for a proof
 
 _RANGES = tuple((Fraction(low), Fraction(width)) for low, width in (("1/4", 2), ("1/50", "1/10"), (10, 100)))
 """Sizes of the values of symbols at the points: the least, and how far up they go."""
@@ -141,11 +134,8 @@ def _trials(e: Expr, bits: int) -> Iterator[Any]:
             yield _enclosed(e, point, bits)
 
 
-LOW, HIGH = 0.3, 1.7
-"""Random values lie between these: near 1, and positive as masses and lengths are."""
-
-TRIES = 40
-"""Random points that are tried at least, as expressions may have no value at some."""
+LOW, HIGH = 0.3, 1.7  # random values lie between these: near 1, and positive as masses and lengths are
+TRIES = 40  # random points that are tried at least, as expressions may have no value at some
 
 
 def sample_points(

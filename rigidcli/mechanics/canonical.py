@@ -81,11 +81,8 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
     return tuple(needed)
 
 
-NEAR = 1e-6
-"""Relative tolerance of values at the sample point: another branch has another value there."""
-
-MOST_TRIALS = 60
-"""Values of unknowns that are looked at, at most, in the search for a way through the equations."""
+NEAR = 1e-6  # relative tolerance of values at the sample point: another branch has another value there
+MOST_TRIALS = 60  # the most values of unknowns that are tried on the way through the equations
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,8 +326,7 @@ def _coefficient(e: Expr) -> Expr:
 _MOMENTA = {"F1": (False, False), "F2": (False, True), "F3": (True, False), "F4": (True, True)}
 """Whether the old, and the new arguments of a function are momenta."""
 
-SINGULAR = 1e-9
-"""A matrix whose least singular value is below this share of its largest entry counts as singular."""
+SINGULAR = 1e-9  # a matrix with a singular value below this share of its largest entry is singular
 
 
 @dataclass(frozen=True, slots=True)

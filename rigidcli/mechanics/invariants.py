@@ -42,41 +42,18 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
-MOST_COORDINATES = 9
-"""With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
-
-FEW_COORDINATES = 3
-"""The most coordinates with terms of degree 2 in the momenta, and in the coordinates at a momentum."""
-
-MOST_TERMS = 200
-"""The most terms of one sum: the null space of their brackets takes a hundredth of a second."""
-
-SPARE = 20
-"""Random points beyond the number of terms at which sums of brackets have to vanish."""
-
-TRIES = 4
-"""Random points for each one that is needed, as H has no value at some."""
-
-SCALES = (1.0, 0.1)
-"""Sizes of the momenta at the points: a relativistic or optical H has no value where they are large."""
-
-LEAST = 1e-6
-"""A coefficient below this share of the largest is rounding, as parameters are of the order of 1."""
-
-ROUNDING = 1e-10
-"""A sum below this share of its terms is zero, as floats are right to 1e-16."""
-
-MOST_DENOMINATOR = 60
-"""The largest denominator of a coefficient that is taken for a number."""
-
-MOST_INNER = 10
-"""The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
-
-POINTS = 12
-"""Random points at which gradients are compared: those of dependent functions are combinations at all."""
-
-DEPENDENT = 1e-6
-"""Singular values of gradients of length 1 below this are rounding: they are combinations of others."""
+MOST_COORDINATES = 9  # with more, sums of momenta alone are tried: there are n^2 products of q and p
+FEW_COORDINATES = 3  # the most coordinates with terms of degree 2 in momenta, or coordinates times p
+MOST_TERMS = 200  # the most terms of one sum: the null space of their brackets takes a hundredth of a second
+SPARE = 20  # random points beyond the number of terms at which sums of brackets have to vanish
+TRIES = 4  # random points for each one that is needed, as H has no value at some
+SCALES = (1.0, 0.1)  # sizes of the momenta: a relativistic or optical H has no value where they are large
+LEAST = 1e-6  # a coefficient below this share of the largest is rounding: parameters are of order 1
+ROUNDING = 1e-10  # a sum below this share of its terms is zero, as floats are right to 1e-16
+MOST_DENOMINATOR = 60  # the largest denominator of a coefficient that is taken for a number
+MOST_INNER = 10  # the most functions, the simplest ones, by which the sine of a free angle is multiplied
+POINTS = 12  # random points at which gradients are compared: dependent ones are combinations at all
+DEPENDENT = 1e-6  # singular values of unit gradients below this are rounding: they are combinations
 
 
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:

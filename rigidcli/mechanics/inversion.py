@@ -42,8 +42,7 @@ from rigidcli.errors import ComputationError, ExpressionError
 
 HALF = Fraction(1, 2)
 
-SAME = 1e-9
-"""Relative tolerance for equal velocities, whose floats are right to 1e-16."""
+SAME = 1e-9  # relative tolerance for equal velocities, whose floats are right to 1e-16
 
 
 class Branch(NamedTuple):
@@ -297,8 +296,7 @@ def _on_main_branch(e: Expr) -> Expr:
     return mapped(e, change)
 
 
-_Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
-"""A value, what must be positive for it, and the period of further values."""
+_Solution = tuple[Expr, tuple[Expr, ...], Expr | None]  # a value, what must be positive for it, and a period
 
 
 def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:

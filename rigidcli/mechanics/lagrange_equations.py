@@ -98,8 +98,7 @@ def by_velocities(e: Expr, velocities: Sequence[str]) -> Expr:
     return polynomial_sum(parts, list(map(symbol, velocities)))
 
 
-NONE = 1e-13
-"""A singular value below this is rounding: it belongs to a matrix with entries of the order of 1."""
+NONE = 1e-13  # a singular value below this is rounding, where entries are of the order of 1
 
 
 def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
@@ -129,8 +128,7 @@ def primary_constraints(
     return constraints
 
 
-NOISE = 1e-10
-"""Sums below this share of their terms are rounding."""
+NOISE = 1e-10  # sums below this share of their terms are rounding
 
 
 class Constraint(NamedTuple):

@@ -46,8 +46,7 @@ from rigidcli.algebra.values import sampled
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.inversion import Branch, inverted
 
-MOST_BRANCHES = 16
-"""The most branches that are listed: more of them nobody would read."""
+MOST_BRANCHES = 16  # the most branches that are listed: more of them nobody would read
 
 
 class Momenta(NamedTuple):
@@ -227,25 +226,15 @@ def _joined(
     )
 
 
-FEW_NODES = 70
-"""Nodes of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines of text."""
+FEW_NODES = 70  # an H as a sum of squares beyond four lines of text: the inverse matrix is tried, too
+MOST_COUPLED = 6  # velocities that all act on each other, beyond which the squares are too long
+MOST_ROWS = 5  # the most squares that are solved for their momenta: a load on a crane in space has so many
+MOST_NODES_TO_TIDY = 200  # the most nodes of a velocity that is made shorter: about ten lines of text
 
-MOST_COUPLED = 6
-"""Velocities that all act on each other, beyond which the squares are too long in any case."""
-
-MOST_ROWS = 5
-"""The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
-
-MOST_NODES_TO_TIDY = 200
-"""The most nodes of a velocity that is made shorter: about ten lines of text."""
-
-MOST_NODES = 2_000
-"""The most nodes of the entries, taken together, that are worked out for a sum of squares: a few pages."""
-
+MOST_NODES = 2_000  # the most nodes of the entries of a sum of squares, taken together: a few pages
 HALF = Fraction(1, 2)
 
-Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
-"""Pairs of a factor a and the row w of coefficients of the velocities in a (w.v)^2."""
+Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]  # factors a and the rows w of a (w.v)^2
 
 
 class Energy(NamedTuple):

@@ -18,11 +18,8 @@ from rigidcli.core.solution import Solution, largest
 
 METHOD = "matrix exponential"
 
-MOST_HALVES = 50
-"""The most halves of a span: the floats of times have no more digits."""
-
-MOST_KNOTS = 200_000
-"""The most times of a solution at which it is looked at."""
+MOST_HALVES = 50  # the most halves of a span: the floats of times have no more digits
+MOST_KNOTS = 200_000  # the most times of a solution at which it is looked at
 
 
 def rate(matrix: Floats) -> float:

@@ -33,14 +33,9 @@ from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
 
-MOST_NODES = 250
-"""The most nodes of a component of an axis, along the body's own axes: a dozen lines of a terminal."""
-
-MOST_NODES_OF_MOMENT = 50
-"""The most nodes of a moment: it stands several times in each component of its axis."""
-
-MOMENT = symbol("moment s")
-"""The variable of characteristic polynomials; with a blank in it, it is no document's name."""
+MOST_NODES = 250  # the most nodes of a component of an axis, in the body's axes: a dozen lines of text
+MOST_NODES_OF_MOMENT = 50  # the most nodes of a moment: it stands several times in each component
+MOMENT = symbol("moment s")  # the variable of characteristic polynomials: no name in a document has a blank
 
 _ONE = tidy_array(np.eye(3, dtype=object))
 

@@ -16,8 +16,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.language.tree import Name, Node
 
-STATE = ("t", "q0", "q1", "q2", "q3", "L1", "L2", "L3")
-"""The arguments of the equations."""
+STATE = ("t", "q0", "q1", "q2", "q3", "L1", "L2", "L3")  # the arguments of the equations
 
 
 def equations(moments: Floats, torque: Sequence[Node]) -> list[Node]:

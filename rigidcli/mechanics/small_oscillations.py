@@ -45,8 +45,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 from rigidcli.mechanics.phase_space import Phase, linear
 
-Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"
-"""The real and imaginary parts of the components."""
+Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"  # the real and imaginary parts of entries
 
 
 class LinearMotion(NamedTuple):
@@ -168,35 +167,16 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
 
 # --- the roots
 
-S = symbol("rate s")
-"""The variable of characteristic polynomials, or its square; with a blank in it, it is no document's name."""
-
-SIGNS = 12
-"""Random points at which a root must have one sign."""
-
-BITS = 256
-"""Bits of numbers: 77 digits; a defective double eigenvalue keeps half of them."""
-
-ROUNDING = 1e-22
-"""Rates of numbers below this share of the largest are zero."""
-
-ROUNDING_OF_FLOATS = 1e-6
-"""The same share where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
-
-NOISE = 1e-12
-"""Relative tolerance for equal rates, and for entries of a vector that are zero, in floats."""
-
-INDEPENDENT = 1e-8
-"""Unit vectors are dependent if their matrix has a singular value below this."""
-
-DIGITS_OF_RATES = 10
-"""Significant digits of a rate that is a decimal times an expression."""
-
-MOST_PARTS_OF_TURN = 50
-"""The largest denominator of an angle, in units of pi: chains of up to 24 equal masses have those."""
-
-Values: TypeAlias = Mapping[str, Expr]
-"""The parameters that have values, with these."""
+S = symbol("rate s")  # the variable of characteristic polynomials: no name in a document has a blank
+SIGNS = 12  # random points at which a root must have one sign
+BITS = 256  # bits of numbers: 77 digits; a defective double eigenvalue keeps half of them
+ROUNDING = 1e-22  # rates of numbers below this share of the largest are zero
+ROUNDING_OF_FLOATS = 1e-6  # the same where the place is known in floats: squares of rates are right to 1e-14
+NOISE = 1e-12  # relative tolerance for equal rates, and for entries of a vector that are zero, in floats
+INDEPENDENT = 1e-8  # unit vectors are dependent if their matrix has a singular value below this
+DIGITS_OF_RATES = 10  # significant digits of a rate that is a decimal times an expression
+MOST_PARTS_OF_TURN = 50  # the largest denominator of an angle in units of pi, for chains of up to 24 masses
+Values: TypeAlias = Mapping[str, Expr]  # the parameters that have values, with these
 
 
 def spectrum(

@@ -26,8 +26,7 @@ from rigidcli.mechanics.legendre import legendre_transform
 from rigidcli.mechanics.phase_space import Phase
 from rigidcli.mechanics.small_oscillations import Values, positive_root, sign_of
 
-RATE = "rate'"
-"""The name of the unknown rate, which no parameter can have."""
+RATE = "rate'"  # the name of the unknown rate, which no parameter can have
 
 
 def routhian(
