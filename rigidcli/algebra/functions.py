@@ -135,10 +135,6 @@ def _applied(function: str, argument: Expr) -> Expr:
     inner = only_atom(argument)
     if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
         return _COMPOSED[function, inner.function](inner.arguments[0])
-    if function == "log" and inner is None and len(argument.terms) == 1:
-        (((monomial, number_),),) = (argument.terms.items(),)
-        if number_ == 1 and len(monomial) == 1 and monomial[0][1].denominator % 2 == 0:
-            return monomial[0][1] * apply("log", atomic(monomial[0][0]))  # a root has a positive base
     if function in ("abs", "sign"):
         return abs(argument) if function == "abs" else _signum(argument)
     return atomic(Applied(function, (argument,)))

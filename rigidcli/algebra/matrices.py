@@ -105,12 +105,7 @@ def determinant(matrix: Matrix) -> Expr:
     """The determinant, along the first row."""
     if not matrix:
         return ONE
-    head, *rest = matrix
-    return total(
-        head[j] * determinant([[*row[:j], *row[j + 1 :]] for row in rest]) * (-1) ** j
-        for j in range(len(matrix))
-        if not head[j].is_zero
-    )
+    return total(e * minor(matrix, 0, j) * (-1) ** j for j, e in enumerate(matrix[0]) if e)
 
 
 def short_determinant(matrix: Matrix) -> Expr:

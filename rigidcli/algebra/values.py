@@ -87,18 +87,13 @@ def _balls() -> Kind:
     return numbers(number, pow, call)
 
 
-def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
-    """The value of an expression as a ball of so many bits; its names have values in `point`.
+def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int, is_trial: bool = False) -> Any:
+    """The value as a ball of so many bits, where names have values in `point`; on trial, functions have, too.
 
     Raises ExpressionError where it has no finite real value, as an unknown function has none.
     """
-    if e.unknown:
+    if e.unknown and not is_trial:
         raise ExpressionError("a function without a formula has no value")
-    return _enclosed(e, point, bits)
-
-
-def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
-    """The value as a ball; an unknown function has the values of its trial formula."""
     from flint import arb, ctx, fmpq
 
     def name(word: str) -> Any:
@@ -131,7 +126,7 @@ def _trials(e: Expr, bits: int) -> Iterator[Any]:
         }
         point |= {name: abs(point[name]) for name in positive}
         with suppress(ExpressionError):
-            yield _enclosed(e, point, bits)
+            yield enclosed(e, point, bits, is_trial=True)
 
 
 LOW, HIGH = 0.3, 1.7  # random values lie between these: near 1, and positive as masses and lengths are

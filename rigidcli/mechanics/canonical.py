@@ -76,8 +76,7 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
         return None
     for name in tuple(needed):
         fewer = [kept for kept in needed if kept != name]
-        if vanish(fewer):
-            needed = fewer
+        needed = fewer if vanish(fewer) else needed
     return tuple(needed)
 
 
@@ -87,7 +86,7 @@ MOST_TRIALS = 60  # the most values of unknowns that are tried on the way throug
 
 @dataclass(frozen=True, slots=True)
 class RootSigns:
-    """Which sign each square root takes, decided at a sample `point`; either where it has no value there."""
+    """The sign that each square root has at a sample `point`; either where it has no value there."""
 
     point: Mapping[str, float]
 
@@ -108,18 +107,15 @@ class RootSigns:
         return -root if self.value(root) < 0 else root
 
     def put(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
-        """The same as `with_roots`, in a short form."""
+        """The same as `with_roots`, in lowest terms."""
         return in_lowest_terms(self.with_roots(e, values))
 
     def with_roots(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
         """An expression with names replaced, roots worked out, and tangents in sines and cosines."""
-        return self._rooted(substitute(e, values))
-
-    def _rooted(self, e: Expr) -> Expr:
-        return with_powers(e, self._of_power)
+        return with_powers(substitute(e, values), self._of_power)
 
     def _of_power(self, atom: Atom, n: Rational) -> Expr:
-        inner = rebuilt(atom, self._rooted)
+        inner = rebuilt(atom, lambda e: self.with_roots(e, {}))
         if isinstance(atom, Applied) and atom.function == "tan":
             inner = apply("sin", *atom.arguments) / apply("cos", *atom.arguments)
         half = isinstance(atom, Group) and n.denominator == 2
@@ -305,21 +301,12 @@ def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
 def _gathered(e: Expr, phase: Phase) -> Expr:
     """The expression as a polynomial in the momenta, or else in all variables, with tidy coefficients."""
     e = exponentials_merged(e)
-    forms = [tidy(e)]
     for names in (phase.names, phase.momenta):
-        with suppress(ExpressionError):
+        with suppress(ExpressionError, ComputationError):
             polynomial = coefficients(e, names)
             if polynomial is not None:
-                short = {powers: _coefficient(c) for powers, c in polynomial.items()}
-                return shortest([*forms, tidy(polynomial_sum(short, list(map(symbol, names))))])
-    return forms[0]
-
-
-def _coefficient(e: Expr) -> Expr:
-    if is_zero(e):
-        return ZERO
-    with suppress(ComputationError):
-        return in_lowest_terms(e)
+                short = {powers: in_lowest_terms(c) for powers, c in polynomial.items()}
+                return shortest([tidy(e), tidy(polynomial_sum(short, list(map(symbol, names))))])
     return tidy(e)
 
 

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
@@ -60,27 +60,24 @@ class Branch(NamedTuple):
 
     @property
     def validity(self) -> str:
-        """The conditions in words."""
-        where = " and ".join(self._limits())
-        return where if self.period is None else f"{where}, and all that differ by multiples of {self.period}"
-
-    def _limits(self) -> Iterator[str]:
-        """The conditions, solved for a momentum where they are linear in it, with numbers."""
-        ends: dict[str, dict[int, Expr]] = {}
+        """The conditions in words, solved for a momentum where they are linear in it, with numbers."""
+        limits, ends = list[str](), dict[str, dict[bool, Expr]]()
         for e in self.conditions:
             name = next(iter(e.names), "")
-            polynomial = coefficients(e, [name])
-            slope = coefficient(polynomial, 1, 0).as_number if has_degrees(polynomial, 0, 1) else None
-            if polynomial is None or not slope or not e.names <= {name}:
-                yield f"{e} > 0"
+            line = coefficients(e, [name])
+            slope = coefficient(line, 1, 0).as_number if has_degrees(line, 0, 1) else None
+            if line is None or not slope or not e.names <= {name}:
+                limits.append(f"{e} > 0")
             else:
-                ends.setdefault(name, {})[1 if slope > 0 else -1] = -coefficient(polynomial, 1) / slope
+                ends.setdefault(name, {})[slope > 0] = -coefficient(line, 1) / slope
         for name, sides in ends.items():
             if len(sides) == 2:
-                yield f"{sides[1]} < {name} < {sides[-1]}"
+                limits.append(f"{sides[True]} < {name} < {sides[False]}")
             else:
-                ((side, end),) = sides.items()
-                yield f"{name} {'>' if side > 0 else '<'} {end}"
+                ((is_above, end),) = sides.items()
+                limits.append(f"{name} {'>' if is_above else '<'} {end}")
+        where = " and ".join(limits)
+        return where if self.period is None else f"{where}, and all that differ by multiples of {self.period}"
 
     def shifted(self, shift: Sequence[Expr], momenta: Sequence[Expr]) -> Branch:
         """The inverse of K(v + `shift`) from that of K(v)."""
@@ -98,12 +95,7 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
     return []
 
 
-class _Square(NamedTuple):
-    """(v + `shift`).C.(v + `shift`) + `rest`, with the `inverse` of C."""
-
-    shift: list[Expr]
-    rest: Expr
-    inverse: matrices.Matrix
+_Square: TypeAlias = tuple[list[Expr], Expr, matrices.Matrix]  # s, rest and C^-1 of (v + s).C.(v + s) + rest
 
 
 def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
@@ -118,7 +110,7 @@ def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
     linear = [coefficient(polynomial, size, place) for place in places]
     shift = [tidy(e / 2) for e in matrices.times(inverse, linear)]
     rest = tidy(coefficient(polynomial, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
-    return _Square(shift, rest, inverse)
+    return shift, rest, inverse
 
 
 def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
@@ -131,10 +123,11 @@ def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
     is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
     polynomial = coefficients(arithmetic.tidy(expand(K**2)), velocities) if is_root else None
     square = _completed(polynomial, len(velocities))
-    if square is None or square.rest.is_zero:
+    if square is None or square[1].is_zero:
         return []
-    a, shift, raised = square.rest, square.shift, matrices.times(square.inverse, momenta)
-    below = _value([[tidy(-a * entry) for entry in row] for row in square.inverse], momenta) + a
+    shift, a, inverse = square
+    raised = matrices.times(inverse, momenta)
+    below = _value([[tidy(-a * entry) for entry in row] for row in inverse], momenta) + a
     D = tidy(below) ** HALF
     outside = substitute(K, {v: -s for v, s in zip(velocities, shift, strict=True)})
     (sign, odd), (side, other) = _odd_part(outside), _odd_part(a)
@@ -165,8 +158,9 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     square = _completed({powers: tidy(e / lead) for powers, e in form.items()}, size)
     if square is None:
         return []
+    shift, _, inverse = square
     length = symbol("length", positive=True)
-    place = {v: -s for v, s in zip(velocities, square.shift, strict=True)}
+    place = {v: -s for v, s in zip(velocities, shift, strict=True)}
     place[velocities[pivot]] += length
     alone = tidy(substitute(K, place))
     if len(alone.terms) != 1:
@@ -175,11 +169,11 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     A = alone / length**n
     if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
         return []
-    s = tidy(_value(square.inverse, momenta)) / (n * A) ** 2
-    raised = matrices.times(square.inverse, momenta)
+    s = tidy(_value(inverse, momenta)) / (n * A) ** 2
+    raised = matrices.times(inverse, momenta)
     rates = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
-    return [Branch(rates, energy).shifted(square.shift, momenta)]
+    return [Branch(rates, energy).shifted(shift, momenta)]
 
 
 def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:

@@ -242,11 +242,9 @@ def fixed(constraints: Sequence[Constraint], velocities: Mapping[str, str]) -> d
     for one in constraints:
         names = [name for name in (*velocities, *velocities.values()) if name in one.expression.names]
         parts = linear([one.expression], names) if len(names) == 1 else None
-        if parts is None:
-            continue
-        ((slope,),), (rest,) = parts
-        value = tidy(-rest / slope)
-        known[names[0]] = value
-        if names[0] in velocities:
-            known[velocities[names[0]]] = tidy(derivative(value, TIME))
+        if parts is not None:
+            (((slope,),), (rest,)), (name,) = parts, names
+            known[name] = tidy(-rest / slope)
+            if name in velocities:
+                known[velocities[name]] = tidy(derivative(known[name], TIME))
     return known

@@ -381,10 +381,9 @@ def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
 
 def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
     """The squares whose sum the terms of degree 2 are, as they are typed; none where there are others."""
-    try:
+    with suppress(ValueError):
         return list(_squares(e, velocities, ONE))
-    except ValueError:
-        return []
+    return []
 
 
 def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple[Expr, Sequence[Expr]]]:
