@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -45,18 +45,15 @@ def tidy(e: Expr) -> Expr:
         short = form
     if simplification.is_product(short):
         return short
-    shorter = simplification.shortest([short, *_fractions(short)])
+    forms = [short]
+    with suppress(ExpressionError):
+        forms += lowest_terms(short)
+    shorter = simplification.shortest(forms)
     if shorter.nodes > MOST_NODES_TO_PRINT:
         raise ComputationError("an exact result is too long to print")
     if values.is_zero(shorter):
         return ZERO
     return short if shorter == short else tidy(shorter)
-
-
-def _fractions(e: Expr) -> Sequence[Expr]:
-    with suppress(ExpressionError):
-        return lowest_terms(e)
-    return ()
 
 
 def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:

@@ -20,18 +20,11 @@ _TIME = "t"
 _FUNCTION_ORDER = {"exp": 0, "sin": 1, "sinh": 1, "cos": 2, "cosh": 2}
 _ALWAYS_POSITIVE = frozenset(["exp", "cosh"])
 _NEVER_NEGATIVE = frozenset(["abs", "acosh", "acos"])
-_RATE = re.compile(r"p_.*|.*dot")
 _ACCELERATION = re.compile(r".+ddot")
-_MASS = re.compile(r"[mM](ass)?([0-9_].*)?")
 _DIGITS = re.compile(r"[0-9]+")
 
-
-def _is_mass(name: str) -> bool:
-    return _MASS.fullmatch(name) is not None
-
-
-def _is_rate(name: str) -> bool:
-    return _RATE.fullmatch(name) is not None
+_is_mass = re.compile(r"[mM](ass)?([0-9_].*)?").fullmatch
+_is_rate = re.compile(r"p_.*|.*dot").fullmatch
 
 
 class Terms:

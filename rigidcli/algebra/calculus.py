@@ -12,18 +12,15 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language.parser import read
-from rigidcli.language.tree import Node, UnknownFunction
+from rigidcli.language.tree import UnknownFunction
 from rigidcli.language.words import FUNCTIONS
+
+_parsed = cache(read)
 
 
 def _at(formula: str, x: Expr) -> Expr:
     """The value of a formula in x, in the expression language."""
-    return from_tree(_tree(formula), {"x": x})
-
-
-@cache
-def _tree(formula: str) -> Node:
-    return read(formula)[0]
+    return from_tree(_parsed(formula)[0], {"x": x})
 
 
 @lru_cache(4096)

@@ -82,11 +82,10 @@ def _times(left: Expr, right: Expr, allowance: Allowance) -> Expr:
 
 def _is_settled(e: Expr) -> bool:
     """Whether powers of its atoms never come to anything simpler."""
-    return all(isinstance(atom, (Symbol, Pi)) or _is_smooth(atom) for atom in e.atoms)
-
-
-def _is_smooth(atom: Atom) -> bool:
-    return isinstance(atom, Applied) and atom.function != "abs"
+    return all(
+        isinstance(atom, Symbol | Pi) or (isinstance(atom, Applied) and atom.function != "abs")
+        for atom in e.atoms
+    )
 
 
 def _is_natural(exponent: Rational) -> bool:

@@ -112,7 +112,8 @@ def _ring(parts: Iterable[Expr]) -> _Ring:
 
     def place_of(atom: Atom) -> tuple[bool, int, bool, str]:
         # A root or a sine stands before the variables that its square is made of.
-        return atom not in radicands, -atom.depth, _has_no_square(atom), atom.key
+        has_square = isinstance(atom, Surd) or (isinstance(atom, Applied) and atom.function in _SQUARED)
+        return atom not in radicands, -atom.depth, not has_square, atom.key
 
     order = sorted(steps, key=place_of)
     names = [f"x{place}" for place in range(len(order))]
@@ -124,10 +125,6 @@ def _ring(parts: Iterable[Expr]) -> _Ring:
         if square is not None and all(n >= 0 for monomial in square.terms for _, n in monomial):
             ring.squares[place] = ring.polynomial(square)
     return ring
-
-
-def _has_no_square(atom: Atom) -> bool:
-    return not (isinstance(atom, Surd) or (isinstance(atom, Applied) and atom.function in _SQUARED))
 
 
 def _square(atom: Atom, step: Fraction, radicands: dict[Atom, Expr]) -> Expr | None:
@@ -153,9 +150,7 @@ def _quotient(e: Expr, allowance: Allowance | None) -> _Quotient:
     """The fraction in lowest terms that an expression is. Raises ExpressionError where it is too large."""
     allowance = allowance or Allowance()
     coefficient, monomial = factored(expand(e, allowance))
-    above: list[Expr] = []
-    below: list[Expr] = []
-    outside = [(ONE * coefficient, 1)]
+    above, below, outside = list[Expr](), list[Expr](), [(ONE * coefficient, 1)]
     for atom, exponent in monomial:
         if exponent.denominator == 1 and isinstance(atom, Group):
             (above if exponent > 0 else below).append(gathered(1, {atom: magnitude(exponent)}))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import combinations_with_replacement
 from typing import NamedTuple, TypeAlias
 
@@ -170,12 +170,10 @@ def _length(e: Expr) -> tuple[int, str]:
 def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     """Forms of an expression; one that becomes too large is passed over."""
     known: set[Expr] = set()
-    expanded: list[Expr] = []  # multiplied out, which two forms begin with
 
+    @cache
     def multiplied_out() -> Expr:
-        if not expanded:
-            expanded.append(expand(e, allowance))
-        return expanded[0]
+        return expand(e, allowance)
 
     changes: tuple[Callable[[], Expr], ...] = (
         lambda: e,
@@ -442,9 +440,7 @@ def _exponential(e: Expr) -> Expr:
     """exp of a sum, its logarithms as factors: exp(a + n*log(x)) is x**n*exp(a)."""
     powers, others = [], []
     for monomial, coefficient in e.terms.items():
-        logs = [
-            atom for atom, n in monomial if isinstance(atom, Applied) and atom.function == "log" and n == 1
-        ]
+        logs = [a for a, n in monomial if isinstance(a, Applied) and a.function == "log" and n == 1]
         if len(logs) == 1:
             exponent = Expr({tuple(factor for factor in monomial if factor[0] is not logs[0]): coefficient})
             powers.append(logs[0].arguments[0] ** exponent)

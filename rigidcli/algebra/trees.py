@@ -50,9 +50,9 @@ def _in_one_sign(terms: list[tree.Node], e: Terms) -> list[tree.Node]:
 @lru_cache(4096)
 def plain_tree(e: Terms) -> tree.Node:
     """The tree of an expression term by term, for values alone: it looks for no shorter way to write it."""
-    terms: list[tree.Node] = []
+    terms = list[tree.Node]()
     for monomial, coefficient in e.terms.items():
-        sides: tuple[list[tree.Node], list[tree.Node]] = ([], [])
+        sides = list[tree.Node](), list[tree.Node]()
         for atom, exponent in monomial:
             sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
         terms.append(_fraction(coefficient, *sides))
@@ -135,10 +135,8 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
 
 def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
     monomial = _under_one_root(monomial)
-    above: list[tree.Node] = []
-    below: list[tree.Node] = []
+    above, below, surds = list[tree.Node](), list[tree.Node](), dict[Rational, int]()
     negative = coefficient < 0
-    surds: dict[Rational, int] = {}
     turned = _turned(monomial) if negative else None
     for atom, exponent in monomial:
         if isinstance(atom, Surd):
@@ -319,9 +317,8 @@ def is_even(exponent: tree.Node) -> bool:
 
 _Variables: TypeAlias = Mapping[str, tuple[int, float]]  # coordinate number and degree by name
 
+# Products of coordinates are of lower degree than a velocity, and those of velocities than an acceleration.
 OF_COORDINATE, OF_VELOCITY, OF_ACCELERATION = 0.001, 1, 100
-"""The degrees of variables: products of coordinates are below a velocity, and those of velocities below an
-acceleration."""
 
 
 @lru_cache(1)
