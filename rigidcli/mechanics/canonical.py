@@ -310,9 +310,6 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
     return tidy(e)
 
 
-_MOMENTA = {"F1": (False, False), "F2": (False, True), "F3": (True, False), "F4": (True, True)}
-"""Whether the old, and the new arguments of a function are momenta."""
-
 SINGULAR = 1e-9  # a matrix with a singular value below this share of its largest entry is singular
 
 
@@ -333,30 +330,23 @@ class Generated:
 
 def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
     """The change by a function of a `kind`, such as "F1". Raises ComputationError where it makes none."""
-    befores, afters = (
-        phase.momenta if is_momentum else phase.coordinates
-        for phase, is_momentum in zip((old, new), _MOMENTA[kind], strict=True)
-    )
-    mixed = [[derivative(derivative(function, a), b) for b in afters] for a in befores]
+    befores = old.momenta if kind in ("F3", "F4") else old.coordinates
+    afters = new.momenta if kind in ("F2", "F4") else new.coordinates
     relations = {}
     for phase, names in ((old, befores), (new, afters)):
         for name in names:
             # p = dF/dq and Q = dF/dP, but q = -dF/dp and P = -dF/dQ.
             sign = 1 if (phase is old) == (name in phase.coordinates) else -1
             relations[_partner(name, phase)] = tidy(sign * derivative(function, name))
-    signs = _regular_point(function, relations, mixed)
+    signs = _regular_point(function, relations, befores, afters)
     if signs is None:
         raise ComputationError(
             f"{kind} generates no change of variables: the determinant of its mixed derivatives by "
             f"{', '.join(befores)} and {', '.join(afters)} vanishes",
             hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
         )
-    return Generated(
-        relations,
-        _solved(relations, old, befores, [_partner(b, new) for b in afters], signs),
-        _solved(relations, new, afters, [_partner(a, old) for a in befores], signs),
-        derivative(function, TIME),
-    )
+    by_new, by_old = (_solved(relations, side, signs) for side in (old, new))
+    return Generated(relations, by_new, by_old, derivative(function, TIME))
 
 
 def _partner(name: str, phase: Phase) -> str:
@@ -365,9 +355,10 @@ def _partner(name: str, phase: Phase) -> str:
 
 
 def _regular_point(
-    function: Expr, relations: Mapping[str, Expr], mixed: Sequence[Sequence[Expr]]
+    function: Expr, relations: Mapping[str, Expr], befores: Sequence[str], afters: Sequence[str]
 ) -> RootSigns | None:
     """A point at which the mixed derivatives have values; None where their matrix is singular there."""
+    mixed = [[derivative(derivative(function, a), b) for b in afters] for a in befores]
     for signs in _points((function, *relations.values()), relations):
         matrix = np.array([[signs.value(e) for e in row] for row in mixed])
         if np.isfinite(matrix).all():
@@ -376,18 +367,12 @@ def _regular_point(
     return None
 
 
-def _solved(
-    relations: Mapping[str, Expr],
-    side: Phase,
-    unknowns: Sequence[str],
-    given: Sequence[str],
-    signs: RootSigns,
-) -> dict[str, Expr] | None:
-    """One side as functions of the other: its `unknowns` from the relations for the `given` variables."""
-    equations = [symbol(name) - relations[name] for name in given]
+def _solved(relations: Mapping[str, Expr], side: Phase, signs: RootSigns) -> dict[str, Expr] | None:
+    """The variables of one side as functions of the other one; None where the relations are not solved."""
+    equations = [symbol(name) - e for name, e in relations.items() if name not in side.names]
+    unknowns = [name for name in side.names if name not in relations]
     found = solution(equations, unknowns, Allowance(MOST_TRIALS), signs)
     if found is None:
         return None
-    return {
-        name: tidy(found[name] if name in found else signs.put(relations[name], found)) for name in side.names
-    }
+    found |= {name: signs.put(e, found) for name, e in relations.items() if name in side.names}
+    return {name: tidy(found[name]) for name in side.names}

@@ -249,8 +249,7 @@ def energy(
 ) -> Energy | None:
     """H = P.M^-1.P/2 of a block (n by n); None where all forms are too long to print.
 
-    `typed` are the squares as whose sum the energy of the velocities was typed, or else it is the sum of the
-    squares of velocities of `particles`.
+    `typed` are the squares of which the kinetic energy was typed, or else those of `particles` make it.
     """
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]

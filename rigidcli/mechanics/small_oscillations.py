@@ -104,10 +104,9 @@ class LinearMotion(NamedTuple):
 
     def blocks(self) -> list[tuple[list[int], LinearMotion]]:
         """The places that act on each other, with their motion."""
-        blocks = matrices.connected(
-            len(self.masses), lambda i, j: any(part[i][j] or part[j][i] for part in self.parts)
-        )
-        return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in blocks]
+        size = len(self.masses)
+        found = matrices.connected(size, lambda i, j: any(part[i][j] or part[j][i] for part in self.parts))
+        return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in found]
 
 
 class Root(NamedTuple):
@@ -191,12 +190,10 @@ def spectrum(
 
     They are exact where that is asked for, or there are symbols, as far as they have a closed form; else
     numbers, with this relative error of the matrices. None where symbols are without a closed form. Motion is
-    `is_free` if there are no forces beside L or H. Exact roots that are simple have vectors if these are
-    needed.
+    `is_free` if there are no forces beside L or H. Exact simple roots have vectors if these are needed.
 
-    Raises:
-        ExpressionError: an entry has no value for the given parameters.
-        ZeroDivisionError: the mass matrix is singular.
+    Raises ExpressionError where an entry has no value for the given parameters, and ZeroDivisionError for a
+    singular mass matrix.
     """
     if is_exact or _has_symbols(motion):
         try:
@@ -253,10 +250,9 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
                 for root in roots
             ]
         for root in roots:
-            known = (dict(zip(block, vector, strict=True)) for vector in root.vectors)
-            yield root._replace(
-                vectors=tuple(tuple(v.get(k, (ZERO, ZERO)) for k in range(size)) for v in known)
-            )
+            placed = (dict(zip(block, vector, strict=True)) for vector in root.vectors)
+            vectors = (tuple(vector.get(k, (ZERO, ZERO)) for k in range(size)) for vector in placed)
+            yield root._replace(vectors=tuple(vectors))
 
 
 def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
@@ -345,7 +341,7 @@ def positive_root(square: Expr, given: Values) -> Expr:
 
 
 def _of_square(square: Expr, given: Values, sign: int | None = None) -> Root:
-    """The root of s^2 = `square`; where the sign of that is open, it is taken to oscillate."""
+    """The root of s^2 = `square`, taken to oscillate where the sign of that is open."""
     if not square:
         return Root(ZERO, ZERO, None)
     sign = sign_of(square, given) if sign is None else sign

@@ -71,8 +71,7 @@ def steady_rates(forces: Mapping[str, Expr], momentum: str, velocity: Expr, give
     `velocity` is the rate as such a function. It must be linear, and the forces at most quadratic. Of two
     rates of different sign it is the positive one, of two of the same sign the smaller one.
 
-    Raises:
-        ExpressionError: there is no such rate, or every rate is one, with the reason.
+    Raises ExpressionError with the reason where there is no such rate, or every rate is one.
     """
     line = coefficients(velocity, [momentum])
     slope = None if line is None else tidy(coefficient(line, 1, 0))
