@@ -20,7 +20,7 @@ from rigidcli.algebra import simplification, values
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.bounds import Rational, content, magnitude
 from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol, total
 from rigidcli.algebra.fractions import factors, lowest_terms
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
@@ -105,11 +105,6 @@ def _float(e: Expr, point: Mapping[str, Fraction]) -> float:
         if ball.rel_accuracy_bits() > np.finfo(np.float64).nmant + 1:
             return float(ball.mid())
     return 0.0
-
-
-def _value(x: Any) -> float | None:
-    e = expr(x)
-    return None if e.names else _float(e, {})
 
 
 def size(x: Any) -> float:
@@ -199,10 +194,6 @@ def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x)
     return outside * power(tidy(inside), _HALF)
 
 
-def _hypot(*components: Any) -> Expr:
-    return sqrt(sum((expr(c) ** 2 for c in components), ZERO))
-
-
 # An `Expr` stands where `Arithmetic` says `Scalar`.
 EXACT: Arithmetic = cast(Any, Arithmetic)(
     exact=True,
@@ -211,8 +202,8 @@ EXACT: Arithmetic = cast(Any, Arithmetic)(
     sin=lambda x: apply("sin", x),
     cos=lambda x: apply("cos", x),
     atan2=lambda y, x: apply("atan2", tidy(expr(y)), tidy(expr(x))),
-    hypot=_hypot,
-    value=_value,
+    hypot=lambda *components: sqrt(total(expr(x) ** 2 for x in components)),
+    value=lambda x: None if expr(x).names else _float(expr(x), {}),
     sign=sign,
     size=size,
     tidy=tidy_array,

@@ -106,7 +106,7 @@ class Terms:
     def sign(self) -> int | None:
         """1 or -1 where every term has that sign, 0 without terms, None where the terms do not tell."""
         signs = {
-            (1 if coefficient > 0 else -1) * all(is_positive(atom) or _is_square(n) for atom, n in monomial)
+            (1 if coefficient > 0 else -1) * all(atom.positive or _is_square(n) for atom, n in monomial)
             for monomial, coefficient in self.terms.items()
         }
         if not signs:
@@ -115,7 +115,7 @@ class Terms:
 
     def is_strict(self) -> bool:
         """Whether a term is positive or negative for all values, and not only where no symbol is zero."""
-        return any(all(is_positive(atom) for atom, _ in monomial) for monomial in self.terms)
+        return any(all(atom.positive for atom, _ in monomial) for monomial in self.terms)
 
 
 def _is_square(exponent: Rational) -> bool:
@@ -149,7 +149,7 @@ class Atom:
     numbers, masses, other symbols, groups, momenta and velocities, functions.
     """
 
-    __slots__ = ("__weakref__", "depth", "key", "names", "nodes")
+    __slots__ = ("__weakref__", "depth", "key", "names", "nodes", "positive")
 
     def __init__(self, key: str, parts: Sequence[Terms] = (), names: frozenset[str] = frozenset()) -> None:
         """An atom with its arguments, or its sum, as `parts`; names are those of the parts and `names`."""
@@ -157,6 +157,7 @@ class Atom:
         self.depth = 1 + max(part.depth for part in parts) if parts else 0
         self.names = names.union(*(part.names for part in parts))
         self.nodes = 1 + sum(part.nodes for part in parts)
+        self.positive = True  # for all values of its symbols
         if self.depth > DEEPEST_NESTING:
             raise ExpressionError(f"functions and sums are nested deeper than {DEEPEST_NESTING} levels")
         if self.nodes > MOST_NODES_OF_ATOM:
@@ -188,7 +189,7 @@ class Pi(Atom):
 class Symbol(Atom):
     """A name, for a real number or, where that is known, for a positive one."""
 
-    __slots__ = ("degree", "name", "positive")
+    __slots__ = ("degree", "name")
 
     def __init__(self, name: str, positive: bool = False) -> None:
         # The degree in momenta and velocities, of which no product comes up to an acceleration.
@@ -226,6 +227,7 @@ class Applied(Atom, Generic[E]):
         )
         self.function = function
         self.arguments = arguments
+        self.positive = function in _ALWAYS_POSITIVE
 
 
 class Group(Atom, Generic[E]):
@@ -235,7 +237,7 @@ class Group(Atom, Generic[E]):
     Others come under fractional powers only, where neither a sign nor a symbol can be taken out.
     """
 
-    __slots__ = ("has_rates", "inner", "plain", "positive")
+    __slots__ = ("has_rates", "inner", "plain")
 
     def __init__(self, inner: E, plain: bool) -> None:
         self.has_rates = any(map(_is_rate, inner.names))
@@ -263,20 +265,9 @@ def key_of_atom(factor: tuple[Atom, Rational]) -> str:
     return factor[0].key
 
 
-def is_positive(atom: Atom) -> bool:
-    """Whether it is above zero for all values of its symbols."""
-    match atom:
-        case Symbol(positive=positive) | Group(positive=positive):
-            return positive
-        case Applied(function=function):
-            return function in _ALWAYS_POSITIVE
-        case _:
-            return True
-
-
 def is_nonnegative(atom: Atom) -> bool:
     """Whether it is never below zero."""
     if isinstance(atom, Group):
         sign: int | None = atom.inner.sign()
         return sign == 1
-    return is_positive(atom) or (isinstance(atom, Applied) and atom.function in _NEVER_NEGATIVE)
+    return atom.positive or (isinstance(atom, Applied) and atom.function in _NEVER_NEGATIVE)

@@ -39,7 +39,6 @@ from rigidcli.algebra.atoms import (
     Terms,
     interned,
     is_nonnegative,
-    is_positive,
     key_of_atom,
 )
 from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded, content, magnitude, root, surd
@@ -316,7 +315,8 @@ def factored(e: Expr) -> tuple[Rational, Monomial]:
     if not e.terms:
         return 0, ()
     if e._factored is None:
-        size, common = _content(e), _common(e)
+        # Over `size` the coefficients are coprime integers, and the leading one is positive.
+        size, common = content(e.terms.values()) * (1 if e.ordered[0][1] > 0 else -1), _common(e)
         inner = divided(e, size, common)
         if common:
             # Groups that stand alone now have become sums, so that terms may have met.
@@ -325,12 +325,6 @@ def factored(e: Expr) -> tuple[Rational, Monomial]:
         else:
             e._factored = size, ((interned(Group(inner, plain=True)), 1),)
     return e._factored
-
-
-def _content(e: Expr) -> Rational:
-    """The rational number by which a sum is to be divided for coprime integers, the leading one positive."""
-    size = content(e.terms.values())
-    return size if e.ordered[0][1] > 0 else -size
 
 
 def _common(e: Expr) -> dict[Atom, Rational]:
@@ -445,7 +439,7 @@ def _rooted(base: Expr, exponent: Fraction) -> Expr:
         inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
         return product([_root_of_number(size, exponent), inner])
     ((monomial, factor),) = base.terms.items()
-    positive = {atom: part for atom, part in monomial if is_positive(atom)}
+    positive = {atom: part for atom, part in monomial if atom.positive}
     rest = tuple((atom, part) for atom, part in monomial if atom not in positive)
     if factor < 0 and not rest:
         raise ExpressionError(f"a negative number to the power {exponent} has no real value")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from rigidcli.algebra.atoms import Applied, Atom, is_positive
+from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.bounds import Rational, magnitude
 from rigidcli.algebra.expressions import (
     ONE,
@@ -190,7 +190,7 @@ def _signum(argument: Expr) -> Expr:
     if not argument.terms:
         return ZERO
     coefficient, monomial = factored(argument)
-    kept = product(power(atomic(atom), n) for atom, n in monomial if not is_positive(atom))
+    kept = product(power(atomic(atom), n) for atom, n in monomial if not atom.positive)
     sign = 1 if coefficient > 0 else -1
     return number(sign) if kept == ONE else scaled(atomic(Applied("sign", (kept,))), sign)
 

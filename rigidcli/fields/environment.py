@@ -328,11 +328,11 @@ class Environment:
 
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value` is positive; of 2*m the mass m is."""
-        from rigidcli.algebra.atoms import Symbol, is_positive
+        from rigidcli.algebra.atoms import Symbol
         from rigidcli.algebra.expressions import factored
 
         number, monomial = factored(value)
-        open_ = [atom for atom, n in monomial if n % 2 and not is_positive(atom)]
+        open_ = [atom for atom, n in monomial if n % 2 and not atom.positive]
         if number > 0 and len(open_) == 1 and isinstance(open_[0], Symbol):
             self.positive.add(open_[0].name)
 

@@ -28,7 +28,7 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra import arithmetic, matrices
-from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
+from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, free_of, has_degrees
@@ -144,7 +144,7 @@ def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
 def _odd_part(e: Expr) -> tuple[int, Expr]:
     """The sign of a number, and a product without squares, which together have the sign of an expression."""
     size, monomial = factored(e)
-    odd = {a: 1 for a, n in monomial if n.numerator * n.denominator % 2 and not is_positive(a)}
+    odd = {a: 1 for a, n in monomial if n.numerator * n.denominator % 2 and not a.positive}
     return 1 if size > 0 else -1, gathered(1, odd)
 
 
@@ -305,14 +305,11 @@ def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
     moving = {factor for m in e.terms for factor in m if v in factor[0].names}
     if len(moving) == 1:
         ((atom, n),) = moving
-        for u, conditions in _roots(tidy(r * _base(atom) ** n / e), Fraction(n)):
+        base = atom.inner if isinstance(atom, Group) else gathered(1, {atom: 1})
+        for u, conditions in _roots(tidy(r * base**n / e), Fraction(n)):
             yield from ((x, (*conditions, *more), t) for x, more, t in _of_atom(atom, v, u))
     else:
         yield from _of_several(e, v, r, moving)
-
-
-def _base(atom: Atom) -> Expr:
-    return atom.inner if isinstance(atom, Group) else gathered(1, {atom: 1})
 
 
 def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:

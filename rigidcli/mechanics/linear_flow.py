@@ -67,10 +67,8 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
 
 
 def _balance(matrix: Floats) -> Floats:
-    """Units of the variables, as powers of two, in which a row is as long as its column; `matrix` is changed.
-
-    Source: E. E. Osborne, J. ACM 7 (1960) 338.
-    """
+    """Units of the variables, powers of two, in which rows are as long as columns; `matrix` is changed."""
+    # Source: E. E. Osborne, J. ACM 7 (1960) 338.
     scale, settled = np.ones(len(matrix)), False
     while not settled:
         settled = True

@@ -48,10 +48,9 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
 
 
 def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
-    """-dH/dq, with what comes from the terms of H with momenta apart from what comes from the others.
+    """-dH/dq, with what comes from terms with momenta by itself, but where both parts are shorter together.
 
-    Where something is left without momenta, as in a rotating frame, the two may cancel. Where both are
-    divided by the same sum, they may be shorter together.
+    Where something is left without momenta, as in a rotating frame, the two may cancel.
     """
     parts = [tidy(-derivative(e, name)) for e in (kinetic, potential)]
     apart = total(parts)

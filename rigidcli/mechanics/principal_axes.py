@@ -13,18 +13,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from rigidcli.algebra import matrices
-from rigidcli.algebra.arithmetic import (
-    common_factor,
-    polynomial_factors,
-    root_of_either_sign,
-    sign,
-    size,
-    sqrt,
-    tidy,
-    tidy_array,
-    weak_sign,
-)
+from rigidcli.algebra import arithmetic, matrices
+from rigidcli.algebra.arithmetic import sign, size, sqrt, tidy, tidy_array
 from rigidcli.algebra.atoms import Surd
 from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.functions import apply
@@ -55,7 +45,7 @@ def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
 
 def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     tensor = tidy_array(tensor)
-    factor, rest = common_factor(tensor)
+    factor, rest = arithmetic.common_factor(tensor)
     if factor.names and sign(factor) == 1 and not any(entry.names for entry in rest.flat):
         # Of M times numbers, such as the box 1 x 2 x 3 of mass M, the numbers alone have to be solved.
         frame = _principal_frame(rest, turn)
@@ -74,7 +64,7 @@ def _symmetric_roots(matrix: Matrix) -> list[Expr]:
     roots: list[Expr] = []
     for block in matrices.blocks(matrix):
         shifted = [[matrix[i][j] - MOMENT if i == j else matrix[i][j] for j in block] for i in block]
-        for factor, times in polynomial_factors(matrices.determinant(shifted), str(MOMENT)):
+        for factor, times in arithmetic.polynomial_factors(matrices.determinant(shifted), str(MOMENT)):
             roots += _real_roots(*(factor.get(k, ZERO) for k in range(4))) * times
     return roots
 
@@ -89,7 +79,7 @@ def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
     if not a:
         if not b:
             return [tidy(-d / c)]
-        root = root_of_either_sign(c**2 - 4 * b * d)
+        root = arithmetic.root_of_either_sign(c**2 - 4 * b * d)
         return [tidy((-c - root) / (2 * b)), tidy((-c + root) / (2 * b))]
     p = tidy((b**2 - 3 * a * c) / (9 * a**2))
     b, c, d = (e / a for e in (b, c, d))
@@ -110,12 +100,12 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     doubtful = []
 
     def compare(first: Expr, second: Expr) -> int:
-        order = weak_sign(first - second)
-        if order is None:
-            is_larger = size(first - second) > 0
-            doubtful.append(first if is_larger else second)
-            return 1 if is_larger else -1
-        return order[0]
+        order = arithmetic.weak_sign(first - second)
+        if order is not None:
+            return order[0]
+        is_larger = size(first - second) > 0
+        doubtful.append(first if is_larger else second)
+        return 1 if is_larger else -1
 
     *lower, highest = sorted(moments, key=cmp_to_key(compare))
     # The highest moment of a lamina is the sum of the others, whatever their symbols are.
@@ -163,9 +153,8 @@ def _eigenvector(tensor: Array, moments: Sequence[Expr], index: int) -> Array:
     _require_short(axis, "axes")
     if any(np.isnan(size(component)) for component in axis):
         # Differences of almost equal roots, of which floats cannot tell which is larger.
-        raise ComputationError(
-            "the exact principal axes have components too close to zero to tell their signs"
-        )
+        message = "the exact principal axes have components too close to zero to tell their signs"
+        raise ComputationError(message)
     return axis
 
 
@@ -199,6 +188,6 @@ def _unit_vector(tensor: Array, moment: Expr, square: Array, factor: Expr) -> Ar
         # a component, so that this is no way where a symbol decides it.
         roots = [sqrt(tidy(square[k, k] / factor)) for k in range(3)]
         return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
-    axis = row / root_of_either_sign(row[pivot] * factor)
+    axis = row / arithmetic.root_of_either_sign(row[pivot] * factor)
     _require_short(axis, "axes", 2 * MOST_NODES)  # what is longer does not shrink so much
     return tidy_array(axis)

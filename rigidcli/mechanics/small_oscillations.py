@@ -20,7 +20,7 @@ forces are missing; V. I. Arnold, Mathematical Methods of Classical Mechanics, a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias, cast
 
@@ -197,7 +197,9 @@ def spectrum(
     """
     if is_exact or _has_symbols(motion):
         try:
-            return _ascending(_exact_roots(motion, given, is_free, needs_vectors), given)
+            roots = list(_exact_roots(motion, given, is_free, needs_vectors))
+            sizes = _samples([cast(Expr, root.rate) for root in roots], given, 1)
+            return roots if sizes is None else [roots[k] for k in sizes[0].argsort(kind="stable")]
         except ExpressionError:
             motion = motion.changed(lambda e: substitute(e, given))
     return None if _has_symbols(motion) else _numeric_roots(motion, is_free, rounding)
@@ -298,13 +300,6 @@ def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
     if abs(float(sine) - angular) > NOISE:
         return None
     return sine if is_zero(matrices.short_determinant(motion.pencil(ZERO, -(sine**2)))) else None
-
-
-def _ascending(roots: Iterable[Root], given: Values) -> list[Root]:
-    unordered = list(roots)
-    sizes = _samples([cast(Expr, root.rate) for root in unordered], given, 1)
-    order = range(len(unordered)) if sizes is None else sizes[0].argsort(kind="stable")
-    return [unordered[place] for place in order]
 
 
 def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool, are_real: bool) -> Iterator[Root]:
