@@ -10,20 +10,7 @@ from fractions import Fraction
 
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.bounds import Rational, magnitude
-from rigidcli.algebra.expressions import (
-    ONE,
-    PI,
-    ZERO,
-    ExactNumber,
-    Expr,
-    atomic,
-    expr,
-    factored,
-    number,
-    power,
-    product,
-    scaled,
-)
+from rigidcli.algebra.expressions import ONE, PI, ZERO, ExactNumber, Expr, atomic, expr, factored, gathered
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
@@ -36,7 +23,7 @@ _EVEN = frozenset(["cos", "cosh", "abs"])
 
 
 def _root(value: ExactNumber) -> Expr:
-    return power(expr(value), _HALF)
+    return expr(value) ** _HALF
 
 
 _SINES: dict[Fraction, Expr] = {
@@ -44,7 +31,7 @@ _SINES: dict[Fraction, Expr] = {
     Fraction(1, 12): (_root(6) - _root(2)) / 4,
     Fraction(1, 10): (_root(5) - 1) / 4,
     Fraction(1, 8): _root(2 - _root(2)) / 2,
-    Fraction(1, 6): number(_HALF),
+    Fraction(1, 6): expr(_HALF),
     Fraction(1, 5): _root(10 - 2 * _root(5)) / 4,
     Fraction(1, 4): _root(2) / 2,
     Fraction(3, 10): (_root(5) + 1) / 4,
@@ -110,17 +97,16 @@ def apply(function: str, *arguments: ExactNumber) -> Expr:
     if isinstance(function, UnknownFunction):
         return atomic(Applied(function, tuple(exprs)))
     if function == "sqrt":
-        return power(exprs[0], _HALF)
+        return exprs[0] ** _HALF
     if function == "pow":
         return exprs[0] ** exprs[1]
     if function == "atan2":
         return _atan2(exprs[0], exprs[1])
     (argument,) = exprs
-    sign = 1
-    if (function in _ODD or function in _EVEN) and argument.terms and argument.ordered[0][1] < 0:
-        argument = -argument
-        sign = -1 if function in _ODD else 1
-    return scaled(_applied(function, argument), sign)
+    is_negative = bool(argument.terms) and argument.ordered[0][1] < 0
+    if function in _ODD and is_negative:
+        return -_applied(function, -argument)
+    return _applied(function, -argument if function in _EVEN and is_negative else argument)
 
 
 def _applied(function: str, argument: Expr) -> Expr:
@@ -169,11 +155,11 @@ def _of_angle(function: str, argument: Expr) -> Expr | None:
         if angle.terms:
             return -1 / apply("tan", angle) if quarters % 2 else apply("tan", angle)
         value = _TANGENTS.get(_HALF - part if quarters % 2 else part)
-        return None if value is None else scaled(value, -1 if quarters % 2 else 1)
+        return -value if value is not None and quarters % 2 else value
     place = (quarters + (1 if function == "cos" else 0)) % 4  # of sin, cos, -sin, -cos
     turned = ("sin", "cos")[place % 2]
     value = apply(turned, angle) if angle.terms else _SINES.get(part if turned == "sin" else _HALF - part)
-    return None if value is None else scaled(value, 1 if place < 2 else -1)
+    return value if value is None or place < 2 else -value
 
 
 def only_atom(e: Expr) -> Atom | None:
@@ -190,9 +176,9 @@ def _signum(argument: Expr) -> Expr:
     if not argument.terms:
         return ZERO
     coefficient, monomial = factored(argument)
-    kept = product(power(atomic(atom), n) for atom, n in monomial if not atom.positive)
+    kept = gathered(1, {atom: n for atom, n in monomial if not atom.positive})
     sign = 1 if coefficient > 0 else -1
-    return number(sign) if kept == ONE else scaled(atomic(Applied("sign", (kept,))), sign)
+    return expr(sign) if kept == ONE else sign * atomic(Applied("sign", (kept,)))
 
 
 def _atan2(y: Expr, x: Expr) -> Expr:
@@ -201,7 +187,7 @@ def _atan2(y: Expr, x: Expr) -> Expr:
     if above == 0 and right == 0:
         raise ExpressionError("`atan2(0, 0)` has no value")
     if right == 0 and above is not None and y.is_strict():
-        return scaled(PI, Fraction(above, 2))
+        return PI * Fraction(above, 2)
     if right is None or not x.is_strict() or (right < 0 and above is None):
         return atomic(Applied("atan2", (y, x)))
     angle = apply("atan", y / x)
