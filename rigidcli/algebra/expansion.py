@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TypeAlias, TypeGuard
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
-from rigidcli.algebra.bounds import Allowance, Rational, bounded
+from rigidcli.algebra.atoms import Atom, Group, Monomial, Symbol
+from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, multiplied, number, power, product, total
 from rigidcli.algebra.substitution import rebuilt
 
@@ -61,30 +61,10 @@ def expand(e: Expr, allowance: Allowance | None = None, holding: frozenset[str] 
 def _times(left: Expr, right: Expr, allowance: Allowance) -> Expr:
     weight = 2 + max(map(len, left.terms), default=0) + max(map(len, right.terms), default=0)
     allowance.spend(len(left.terms) * len(right.terms) * weight)
-    if not (_is_settled(left) and _is_settled(right)):
-        return total(
-            multiplied(first, second, a * b)
-            for first, a in left.terms.items()
-            for second, b in right.terms.items()
-        )
-    terms: dict[Monomial, Rational] = {}
-    for first, a in left.terms.items():
-        for second, b in right.terms.items():
-            exponents = dict(first)
-            for atom, exponent in second:
-                exponents[atom] = exponents.get(atom, 0) + exponent
-            factors = [factor for factor in exponents.items() if factor[1]]
-            factors.sort(key=key_of_atom)
-            monomial = tuple(factors)
-            terms[monomial] = terms.get(monomial, 0) + a * b
-    return total([Expr({monomial: bounded(c) for monomial, c in terms.items() if c})])
-
-
-def _is_settled(e: Expr) -> bool:
-    """Whether powers of its atoms never come to anything simpler."""
-    return all(
-        isinstance(atom, Symbol | Pi) or (isinstance(atom, Applied) and atom.function != "abs")
-        for atom in e.atoms
+    return total(
+        multiplied(first, second, a * b)
+        for first, a in left.terms.items()
+        for second, b in right.terms.items()
     )
 
 
