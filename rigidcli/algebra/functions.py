@@ -139,10 +139,7 @@ def _require_value(function: str, value: Rational) -> None:
 
 
 def _of_angle(function: str, argument: Expr) -> Expr | None:
-    """The function at a multiple of pi, or with quarter turns taken out of an angle: cos(x + pi) is -cos(x).
-
-    None where there is no short form.
-    """
+    """A function of a multiple of pi, or without quarter turns: cos(x + pi) is -cos(x). Else None."""
     ((turn, _),) = PI.terms.items()
     quarters, part = divmod(2 * Fraction(argument.terms.get(turn, 0)), 1)
     angle, part = argument - PI * Fraction(quarters + part, 2), part / 2

@@ -161,10 +161,7 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:
-    """The same product, with one root of all that is under square roots: sqrt(k)/sqrt(m) is sqrt(k/m).
-
-    Products that stand under a root already come under the same one.
-    """
+    """The same product, with one root of all that is under square roots: sqrt(k)/sqrt(m) is sqrt(k/m)."""
     roots = {a: n for a, n in monomial if abs(n) == Fraction(1, 2) and not isinstance(a, (Surd, Pi))}
     inside: dict[Atom, Rational] = {}
     kept = [(a, n) for a, n in monomial if a not in roots]

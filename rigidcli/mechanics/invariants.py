@@ -130,10 +130,10 @@ def _turning(hamiltonian: Expr, phase: Phase, angles: Sequence[str]) -> list[Exp
 
 def _pieces(hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
     """Functions of the coordinates alone that are factors of terms of H, and the roots of squares."""
-    names = frozenset(phase.names)
+    own = frozenset(phase.coordinates)
     for monomial in expand(hamiltonian).terms:
-        still = {a: n for a, n in monomial if not a.names.isdisjoint(names)}
-        still = {a: n for a, n in still.items() if a.names.isdisjoint(phase.momenta)}
+        factors = ((a, n) for a, n in monomial if a.names.isdisjoint(phase.momenta))
+        still = {a: n for a, n in factors if not own.isdisjoint(a.names)}
         if still:
             yield gathered(1, still)
             if all(n % 2 == 0 for n in still.values()):

@@ -156,27 +156,22 @@ def _mixed(
     if parts is None:
         return []
     *kernels, plain = parts
-    options, rates = [], [ZERO] * len(P)
+    groups, options = list(curved), []
     for group, K in zip(curved, kernels, strict=True):
         names = [velocities[place] for place in group]
         K = expand(K)
-        terms = [(Expr({m: c}), coefficients(Expr({m: c}), names)) for m, c in K.terms.items()]
-        linear = total(term for term, polynomial in terms if has_degrees(polynomial, 1))
+        terms = [Expr({m: c}) for m, c in K.terms.items()]
+        linear = total(term for term in terms if has_degrees(coefficients(term, names), 1))
         constant = free_of(names, K - linear)
         still += constant
         shifted = [P[k] - derivative(linear, velocities[k]) for k in group]
         options.append(_likely(inverted(K - linear - constant, names, shifted), values, typed))
-    rest = ZERO
     if plain:
-        kept = [v for k, v in enumerate(velocities) if not any(k in group for group in curved)]
-        own = legendre_transform(plain, kept, [str(P[velocities.index(v)]) for v in kept])
-        if not own:
-            return []
-        rest = own[0].hamiltonian
-        for v, velocity in zip(kept, own[0].velocities, strict=True):
-            rates[velocities.index(v)] = velocity
+        kept = [k for k in range(len(P)) if not any(k in group for group in curved)]
+        groups.append(kept)
+        options.append(legendre_transform(plain, [velocities[k] for k in kept], [str(P[k]) for k in kept]))
     chosen = itertools.product(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
-    return [_joined(choice, curved, rates, rest - still) for choice in chosen]
+    return [_joined(choice, groups, still) for choice in chosen]
 
 
 def _of_groups(e: Expr, groups: Sequence[Sequence[int]], velocities: Sequence[str]) -> list[Expr] | None:
@@ -209,17 +204,13 @@ def _likely(branches: Sequence[Branch], values: Mapping[str, Expr], typed: Seque
     return [branch for branch in possible if branch.region == possible[0].region]
 
 
-def _joined(
-    chosen: Sequence[Branch], groups: Sequence[Sequence[int]], others: Sequence[Expr], rest: Expr
-) -> Branch:
-    """The branch of the whole Lagrangian, from one branch of every group."""
-    velocities = list(others)
-    for branch, group in zip(chosen, groups, strict=True):
-        for place, velocity in zip(group, branch.velocities, strict=True):
-            velocities[place] = velocity
+def _joined(chosen: Sequence[Branch], groups: Sequence[Sequence[int]], potential: Expr) -> Branch:
+    """The branch of the whole Lagrangian, from one branch of each group of velocities."""
+    pairs = zip(groups, chosen, strict=True)
+    rates = {k: v for group, branch in pairs for k, v in zip(group, branch.velocities, strict=True)}
     return Branch(
-        tuple(velocities),
-        total([*(branch.hamiltonian for branch in chosen), rest]),
+        tuple(rates[k] for k in sorted(rates)),
+        total([*(branch.hamiltonian for branch in chosen), -potential]),
         tuple(e for branch in chosen for e in branch.conditions),
         tuple(e for branch in chosen for e in branch.region),
         next((branch.period for branch in chosen if branch.period is not None), None),
@@ -230,7 +221,6 @@ FEW_NODES = 70  # an H as a sum of squares beyond four lines of text: the invers
 MOST_COUPLED = 6  # velocities that all act on each other, beyond which the squares are too long
 MOST_ROWS = 5  # the most squares that are solved for their momenta: a load on a crane in space has so many
 MOST_NODES_TO_TIDY = 200  # the most nodes of a velocity that is made shorter: about ten lines of text
-
 MOST_NODES = 2_000  # the most nodes of the entries of a sum of squares, taken together: a few pages
 HALF = Fraction(1, 2)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, polynomial_sum
-from rigidcli.algebra.expressions import ONE, Expr, symbol, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
@@ -41,14 +41,11 @@ def kinetic(particles: Sequence[MovingBody], velocities: Mapping[str, str]) -> E
     The coefficients of products of velocities are tidied one by one; the squares of a body in space stay.
     """
     rates = _rates(velocities)
-    turned = [
-        moment * tidy(omega) ** 2 / 2
-        for body in particles
-        if body.moments
-        for moment, omega in zip(
-            body.moments, turning(body, [velocity(a, velocities) for a in body.euler]), strict=True
-        )
-    ]
+    turned = ZERO
+    for body in particles:
+        if body.moments:
+            omega = turning(body, [velocity(angle, velocities) for angle in body.euler])
+            turned += total(m * tidy(rate) ** 2 / 2 for m, rate in zip(body.moments, omega, strict=True))
     particles = [one._replace(moments=()) for one in particles]
     parts: dict[tuple[int, int], list[Expr]] = {}
     for factor, slopes in squares(particles, (*velocities, TIME)):
@@ -56,7 +53,7 @@ def kinetic(particles: Sequence[MovingBody], velocities: Mapping[str, str]) -> E
         for (i, a), (j, b) in combinations_with_replacement(moving, 2):
             parts.setdefault((i, j), []).append(factor * (1 if i == j else 2) * a * b)
     moved = tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
-    return moved + total(turned)
+    return moved + turned
 
 
 def squares(particles: Sequence[MovingBody], names: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
