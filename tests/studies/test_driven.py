@@ -141,3 +141,12 @@ def test_motion_that_grows_beside_the_response_is_noted() -> None:
     upright = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + x**2 + x*cos(t)"}
     (note,) = run({"system": upright}).notes
     assert "the free motion grows" in note
+
+
+def test_resonance_of_two_coordinates_in_letters_has_its_matrix() -> None:
+    lagrangian = "m*(xdot**2 + ydot**2)/2 - k*(x**2 + (x - y)**2 + y**2)/2 + F*x*cos(sqrt(k/m)*t)"
+    system = {"coordinates": ["x", "y"], "lagrangian": lagrangian}
+    found = run({"system": system, "parameters": dict.fromkeys("mkF")})
+    assert found["response"][0]["amplitude"] == {"x": None, "y": None}
+    assert str(found["response"][0]["matrix"]["re"]) == "[[k, -k], [-k, k]]"
+    assert "not written in letters" in " ".join(found.notes)
