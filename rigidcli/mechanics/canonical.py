@@ -97,10 +97,6 @@ class RootSigns:
         except (ExpressionError, KeyError):
             return math.nan
 
-    def is_at(self, e: Expr, value: float) -> bool:
-        """Whether an expression has this value at the point."""
-        return abs(self.value(e) - value) <= NEAR * (1 + abs(value))
-
     def root(self, e: Expr) -> Expr:
         """The square root, without a root where it is one of a square."""
         root = root_of_either_sign(e)
@@ -176,7 +172,8 @@ def solution(
         for unknown in unknowns:
             for value in _values(equation, unknown) if unknown in equation.names else ():
                 trials.spend(1)
-                if not signs.is_at(value, signs.point[unknown]):
+                known = signs.point[unknown]
+                if not abs(signs.value(value) - known) <= NEAR * (1 + abs(known)):
                     continue
                 with suppress(ExpressionError, ComputationError):
                     here = {unknown: signs.put(value, {})}
@@ -201,42 +198,36 @@ class NewHamiltonian:
     positive: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A canonical change from `old` to `new` variables. `values` has one side by the other.
+def new_hamiltonian(
+    hamiltonian: Expr, values: Mapping[str, Expr], old: Phase, new: Phase, rate: Expr | None = None
+) -> NewHamiltonian | None:
+    """K for an H, tested for all variables or for positive ones; None where none is found.
 
-    Where a generating function makes it, `rate` is its derivative by the time, at fixed arguments.
+    The `values` of one side are functions of the other side. Where a generating function makes the change,
+    `rate` is its derivative by the time, at fixed arguments.
     """
-
-    values: Mapping[str, Expr]
-    old: Phase
-    new: Phase
-    rate: Expr | None = None
-
-    def hamiltonian(self, hamiltonian: Expr) -> NewHamiltonian | None:
-        """K for an H, tested for all variables or for positive ones; None where none is found."""
-        is_given = self.values.keys() == {*self.old.names}
-        signs = next(_points((hamiltonian, *self.values.values()), self.values), RootSigns({}))
-        old = self.values if is_given else inverse(self.values, self.new, self.old, signs)
-        if old is None:
-            return None
-        slopes = _added_slopes(old, self.old, self.new)
-        added = _function_with(slopes, self.new.names) if self.rate is None else substitute(self.rate, old)
-        if added is None:
-            return None
-        k = _gathered(signs.with_roots(hamiltonian, old) + added, self.new)
-        if is_given:
-            misses = [k - added - substitute(hamiltonian, old)]
-            rates = [derivative(added, name) for name in self.new.names]
-        else:
-            misses = [substitute(k - added, self.values) - hamiltonian]
-            slopes = [substitute(slope, self.values) for slope in slopes]
-            # dR/dZ by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta
-            moved = {name: derivative(self.values[name], TIME) for name in self.new.names}
-            rates = [*(-moved[P] for P in self.new.momenta), *(moved[Q] for Q in self.new.coordinates)]
-        misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
-        positive = positive_names(misses, (*(self.new if is_given else self.old).names, TIME))
-        return None if positive is None else NewHamiltonian(k, old, positive)
+    is_given = values.keys() == {*old.names}
+    signs = next(_points((hamiltonian, *values.values()), values), RootSigns({}))
+    back = values if is_given else inverse(values, new, old, signs)
+    if back is None:
+        return None
+    slopes = _added_slopes(back, old, new)
+    added = _function_with(slopes, new.names) if rate is None else substitute(rate, back)
+    if added is None:
+        return None
+    k = _gathered(signs.with_roots(hamiltonian, back) + added, new)
+    if is_given:
+        misses = [k - added - substitute(hamiltonian, back)]
+        rates = [derivative(added, name) for name in new.names]
+    else:
+        misses = [substitute(k - added, values) - hamiltonian]
+        slopes = [substitute(slope, values) for slope in slopes]
+        # dR/dZ by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta
+        moved = {name: derivative(values[name], TIME) for name in new.names}
+        rates = [*(-moved[P] for P in new.momenta), *(moved[Q] for Q in new.coordinates)]
+    misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
+    positive = positive_names(misses, (*(new if is_given else old).names, TIME))
+    return None if positive is None else NewHamiltonian(k, back, positive)
 
 
 def _points(expressions: Sequence[Expr], values: Mapping[str, Expr]) -> Iterator[RootSigns]:

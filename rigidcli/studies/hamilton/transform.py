@@ -16,7 +16,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
-from rigidcli.mechanics.canonical import Change, Generated, NewHamiltonian, added_by_forces
+from rigidcli.mechanics.canonical import Generated, NewHamiltonian, added_by_forces
 from rigidcli.mechanics.canonical import generated as generated_by
 from rigidcli.mechanics.phase_space import Phase, equations
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -88,7 +88,7 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
             there = {name: substitute(value, given) for name, value in values.items()}
             added = None if rate is None else substitute(rate, given)
             with suppress(ComputationError, ExpressionError):
-                new_h = Change(there, old, new, added).hamiltonian(substitute(hamiltonian, given))
+                new_h = canonical.new_hamiltonian(substitute(hamiltonian, given), there, old, new, added)
         if new_h is not None and negative.isdisjoint(new_h.positive):
             break
         new_h = None
