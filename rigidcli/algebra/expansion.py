@@ -86,17 +86,14 @@ def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
 
     Only what holds the symbols is multiplied out. Raises ExpressionError where it has too many terms.
     """
-    parts: dict[tuple[int, ...], list[Expr]] = {}
-    for monomial, coefficient in expand(e, holding=frozenset(names)).terms.items():
-        powers = {atom.name: n for atom, n in monomial if isinstance(atom, Symbol) and atom.name in names}
-        kept = {atom: n for atom, n in monomial if not (isinstance(atom, Symbol) and atom.name in names)}
-        if not all(map(_is_natural, powers.values())) or any(
-            not atom.names.isdisjoint(names) for atom in kept
-        ):
+    variables, parts = frozenset(names), dict[tuple[int, ...], list[Expr]]()
+    for monomial, c in expand(e, holding=variables).terms.items():
+        powers = {atom.name: n for atom, n in monomial if isinstance(atom, Symbol) and atom.name in variables}
+        kept = {atom: n for atom, n in monomial if atom.names.isdisjoint(variables)}
+        if len(powers) + len(kept) < len(monomial) or not all(map(_is_natural, powers.values())):
             return None
-        parts.setdefault(tuple(int(powers.get(name, 0)) for name in names), []).append(
-            gathered(coefficient, kept)
-        )
+        exponents = tuple(int(powers.get(name, 0)) for name in names)
+        parts.setdefault(exponents, []).append(gathered(c, kept))
     sums = {exponents: total(values) for exponents, values in parts.items()}
     return {exponents: value for exponents, value in sums.items() if value.terms}
 
