@@ -85,23 +85,6 @@ def _with_roots(e: Expr, roots: Mapping[Atom, tuple[Group[Expr], Expr]], as_type
     return with_powers(e, change)
 
 
-def _roots_gathered(e: Expr) -> Expr:
-    """Powers of a sum and of its negative as one: sqrt(c - x)/(x - c)**2 is 1/(c - x)**(3/2)."""
-    if all(n.denominator == 1 for monomial in e.terms for _, n in monomial):
-        return e
-    parts = []
-    for monomial, c in e.terms.items():
-        sums = {atom.inner: (atom, n) for atom, n in monomial if isinstance(atom, Group)}
-        powers = dict(monomial)
-        for inner, (atom, n) in sums.items():
-            other, k = sums.get(-inner, (None, 0))
-            if n.denominator > 1 and other is not None and k.denominator == 1:
-                powers[atom], c = n + k, c if k % 2 == 0 else -c
-                del powers[other]
-        parts.append(Expr({monomial: c}) if len(powers) == len(monomial) else gathered(c, powers))
-    return total(parts)
-
-
 def shortest(forms: Sequence[Expr]) -> Expr:
     """The form with the shortest text; of several, the first by that text."""
     return forms[0] if len(forms) == 1 else min(forms, key=_length)
@@ -183,12 +166,12 @@ def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     )
     for change in changes:
         with suppress(ExpressionError):
-            form = _roots_gathered(_roots_tidied(change(), allowance))
+            form = _roots_tidied(change(), allowance)
             if form not in known:
                 allowance.spend(_STEPS_TO_WRITE * len(form.terms))
                 known.add(form)
                 yield form
-                yield _roots_gathered(_with_factors(form))
+                yield _with_factors(form)
                 yield _collected(form)
                 squared = _squares_completed(form)
                 if squared is not form:
