@@ -34,7 +34,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,37 +46,28 @@ from rigidcli.core.rotation import as_quaternion, compose, continuous, inverse, 
 from rigidcli.core.tensor import ROUNDING_OF_SUM, without_rounding
 from rigidcli.errors import ComputationError
 
-Regime: TypeAlias = Literal[
-    "rest",
-    "sphere",
-    "principal",
-    "linear",
-    "oblate",
-    "prolate",
-    "about_lowest",
-    "about_highest",
-    "separatrix",
-]
+Regime: TypeAlias = (
+    Literal["rest", "sphere", "principal", "linear", "oblate", "prolate", "about_lowest", "about_highest"]
+    | Literal["separatrix"]
+)
 
 SAMPLES_AT_ONCE = 8192
 """Samples that are worked at a time, so that their arrays stay in the cache of a processor."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Periods:
-    """What characterises a torque-free motion.
+class Periods(NamedTuple):
+    """What characterises a torque-free motion; None for what it has not.
 
-    `period` (s) is that of omega as seen in the body, None if omega is constant or the period is infinite.
-    `flip_interval` (s) of an asymmetric body is half of it: the time in which the
-    intermediate component of omega changes its sign. `mean_space_rate` (rad/s) is the mean rate at
-    which the body turns about L; None at rest. Moments within EQUAL_MOMENTS of each other are classified as
-    equal; the path uses the moments as given.
+    `period` (s) is that of omega as seen in the body. `flip_interval` (s) of an asymmetric body is half of
+    it: the time in which the intermediate component of omega changes its sign. `mean_space_rate` (rad/s) is
+    the mean rate at which the body turns about L. Moments within EQUAL_MOMENTS of each other are classified
+    as equal; the path uses the moments as given.
     """
 
     regime: Regime
-    period: float | None
-    flip_interval: float | None
-    mean_space_rate: float | None
+    period: float | None = None
+    flip_interval: float | None = None
+    mean_space_rate: float | None = None
 
 
 def periods(tensor: Floats, omega: Floats) -> Periods:
@@ -87,29 +78,28 @@ def periods(tensor: Floats, omega: Floats) -> Periods:
     """
     state = State.of(tensor, omega[None])
     regime = _regime(state)
-    speed, (low, middle, high), rates = float(state.speeds[0]), state.moments, state.rates[0]
-    momentum = float(np.hypot.reduce(rates * state.moments)) * speed
+    (low, middle, high), rates = state.moments, state.rates[0] * state.speeds[0]
+    momentum = float(np.hypot.reduce(rates * state.moments))
     if regime == "rest":
-        return Periods(regime, None, None, None)
+        return Periods(regime)
     if regime == "separatrix":
-        return Periods(regime, None, None, momentum / middle)
+        return Periods(regime, mean_space_rate=momentum / middle)
     if regime in ("oblate", "prolate"):
         # Of the two moments that count as equal, the mean is taken.
         along, across, spin = (high, low + middle, 2) if regime == "oblate" else (low, middle + high, 0)
-        wobble = abs((2 * along - across) * float(rates[spin])) / across * speed
+        wobble = abs((2 * along - across) * float(rates[spin])) / across
         return Periods(regime, 2 * math.pi / wobble if wobble else None, None, 2 * momentum / across)
-    circling = circulation(tensor, omega)
-    if regime not in ("about_lowest", "about_highest") or circling is None:
-        return Periods(regime, None, None, float(np.hypot.reduce(rates)) * speed)
-    flip = float(2 * circling.quarter[0, 0] / circling.rate[0, 0])
-    period = 2 * flip if math.isfinite(flip) else None
-    return Periods(regime, period, flip if period else None, float(circling.mean_rate[0, 0]))
+    if regime in ("about_lowest", "about_highest"):
+        path = circulation(tensor, omega)
+        flip = float(2 * path.quarter[0, 0] / path.rate[0, 0])
+        return Periods(regime, 2 * flip, flip, float(path.mean_rate[0, 0]))
+    return Periods(regime, mean_space_rate=float(np.hypot.reduce(rates)))
 
 
-def circulation(tensor: Floats, omega: Floats) -> Circulation | None:
-    """The constants of the motion from `omega` (3), where it is not constant; else None."""
-    state = State.of(tensor, omega[None])
-    return next((motion for _, motion in circulations(state, ~state.steady(rounded=True))), None)
+def circulation(tensor: Floats, omega: Floats) -> Circulation:
+    """The constants of the motion from `omega` (3), which is not constant."""
+    [(_, path)] = circulations(State.of(tensor, omega[None]), np.array([True]))
+    return path
 
 
 def _regime(state: State) -> Regime:
@@ -147,37 +137,26 @@ def _regime(state: State) -> Regime:
     return "about_highest" if excess > 0 else "about_lowest"
 
 
-@dataclass(frozen=True, slots=True)
-class AxisStability:
-    """Rotation about one principal axis.
+def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[tuple[bool | None, float | None]]:
+    """Whether rotation about e1, e2, e3 is stable, each with the rate of a deviation in units of the spin.
 
-    `rate_per_spin` is, in units of the spin, the frequency of a small wobble if `stable`, else the rate of
-    its exponential growth. An axis whose moment equals another one is neutral: `stable` is None, and the rate
-    0. Both are None for an axis without a moment of inertia.
-    """
-
-    stable: bool | None
-    rate_per_spin: float | None
-
-
-def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[AxisStability]:
-    """The stability of rotation about e1, e2, e3, from moments (3, ascending) and groups of equal ones.
+    That is the frequency of a small wobble about a stable axis, and the rate of exponential growth about
+    another one. An axis whose moment (of three, ascending) equals another one in `groups` is neutral: None,
+    with the rate 0. Both are None for an axis without a moment of inertia.
 
     Linearising Euler's equations about the spin w along axis i gives
     x'' = -w^2 (I_i - I_j)(I_i - I_k) / (I_j I_k) x (L. Landau, E. Lifshitz, Mechanics, section 37). About
     an axis of equal moments the coefficient is zero, and nothing drives a deviation back or away.
     """
     equal = {index for group in groups if len(group) > 1 for index in group}
-    stabilities = []
+    found: list[tuple[bool | None, float | None]] = []
     for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        if moments[i] == 0:
-            stabilities.append(AxisStability(None, None))
-        elif i in equal:
-            stabilities.append(AxisStability(None, 0.0))
+        if moments[i] == 0 or i in equal:
+            found.append((None, 0.0 if moments[i] else None))
         else:
             square = float((moments[i] - moments[j]) / moments[j] * ((moments[i] - moments[k]) / moments[k]))
-            stabilities.append(AxisStability(square > 0, math.sqrt(abs(square))))
-    return stabilities
+            found.append((square > 0, math.sqrt(abs(square))))
+    return found
 
 
 def motions(
@@ -186,19 +165,16 @@ def motions(
     """omega (m, n, 3; rad/s, body axes) and orientation (m, n, 4; body to space) at `times` (n, s, any sign).
 
     The m motions begin at t = 0 with `omegas` (m, 3) and `orientations` (m, 4), unit quaternions, scalar
-    first. All is along the axes of the `tensor` (3 by 3, kg m^2). The sign of the quaternions, which means
-    nothing, is that of the orientation at t = 0 for the first time, and changes as little as possible from
-    each time to the next. With `rounded`, an omega that may be along a principal axis but for
-    rounding is constant.
+    first. All is along the axes of the `tensor` (3 by 3, kg m^2). The signs of the quaternions are continuous
+    from t = 0 on. With `rounded`, an omega that is along a principal axis but for rounding is constant.
     """
     state = State.of(tensor, omegas)
     steady = state.steady(rounded=rounded)
     omega = np.empty((len(omegas), len(times), 3))
     orientation = np.empty((len(omegas), len(times), 4))
-    constant = np.flatnonzero(steady)
-    if len(constant):
-        omega[constant] = omegas[constant, None]
-        orientation[constant] = _turning(omegas[constant], orientations[constant], times)
+    if steady.any():
+        omega[steady] = omegas[steady, None]
+        orientation[steady] = _turning(omegas[steady], orientations[steady], times)
     for places, path in circulations(state, ~steady, max(1, SAMPLES_AT_ONCE // max(len(times), 1))):
         _, first = path.at(np.zeros(1))
         before = compose(orientations[places], inverse(compose(first[:, 0], path.frames)))
@@ -242,8 +218,7 @@ COUPLED_NOISE = 8 * EPS
 """The rounding error of a tensor that is not diagonal, in units of its largest entry."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
+class State(NamedTuple):
     """A body and the angular velocities at t = 0 of m motions.
 
     `moments` (3, ascending) are in units of the largest. `rates` (m, 3) are the components of omega along
@@ -296,15 +271,14 @@ class State:
 class Circulation:
     """Motions in which omega circulates about one axis; the letters are those of the module's docstring.
 
-    `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. The quaternions
-    `frames` (m, 4), whose signs mean nothing, turn the axes of the body to a, b, c. Per motion (m, 1):
-    `start` is u0, `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s),
-    `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are
-    those of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
+    `axes` are the rows a, b, c in body axes, but for their signs in each motion. The quaternions `frames`
+    (m, 4), whose signs mean nothing, turn the axes of the body to a, b, c. Per motion (m, 1): `start` is u0,
+    `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s), `swing` is
+    L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are those of omega
+    along `axes` (rad/s), `shares` (m, 1, 3) those of the unit vector along L along a, b, c.
     """
 
     axes: Floats
-    signs: Floats
     frames: Floats
     amplitudes: Floats
     shares: Floats
@@ -331,12 +305,14 @@ class Circulation:
             angle = angle + self.swing * swaying
         sign = 1 - 2 * np.mod(halves, 2)
         turning = np.stack([sign * cn, sign * sn, dn], axis=-1)
-        return self.signs * self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
+        return self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
 
 
-def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: bool) -> Circulation:
-    """The constants of the `chosen` motions of a state, all about the same axis, with `d` = sqrt|d2| (m)."""
-    (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
+def _circulation(state: State, about_low: bool) -> Circulation:
+    """The constants of motions that are all about the same axis."""
+    (Ia, Ib, Ic), axes, rates, speeds, _ = state
+    speeds = speeds[:, None]
+    d = np.sqrt(np.abs(state.excess()[0]))[:, None]
     if about_low:
         turn = np.array([1, -1, 1])
         axes, rates, (Ia, Ib, Ic) = turn[:, None] * axes[::-1], turn * rates[:, ::-1], (Ic, Ib, Ia)
@@ -349,7 +325,7 @@ def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: b
     a2 = np.hypot(wb, math.sqrt(Ia / Ib * ((Ic - Ia) / (Ic - Ib))) * wa) * (1 if Ic > Ib else -1)
     a3 = np.hypot(wc, math.sqrt(Ib / Ic * ((Ib - Ia) / (Ic - Ia))) * wb)
     k = math.sqrt(Ia / Ic * ((Ib - Ia) / (Ic - Ib))) * a1 / a3
-    complement = np.minimum(d[:, None] / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
+    complement = np.minimum(d / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
     n = Ic / Ia * ((Ib - Ia) / (Ic - Ib))
     rate = math.sqrt((Ic - Ib) / Ia * ((Ic - Ia) / Ib)) * a3
     amplitudes = np.stack([a1, a2, a3], axis=-1)
@@ -360,12 +336,10 @@ def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: b
     mean_growth = complete(complement, 1 + n, 1.0, 0.0) / quarter
     swing = momentum * ((Ib - Ia) / Ia / Ib) / rate
     sn, cn, dn = wb / a2, wa / a1, wc / a3
-    speeds = state.speeds[chosen][:, None]
     return Circulation(
         axes,
-        signs[:, None],
         compose(np.eye(4)[half_turns], as_quaternion(axes)),
-        amplitudes * speeds[..., None],
+        signs[:, None] * amplitudes * speeds[..., None],
         amplitudes * [Ia, Ib, Ic] / momentum[..., None],
         n,
         k,
@@ -401,9 +375,9 @@ def circulations(
 ) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
     """At most so many motions in which omega circulates at a time, about one axis: their places and paths."""
     excess, _ = state.excess()
-    d = np.sqrt(np.abs(excess))
     for about_low in (False, True):
         places = np.flatnonzero(moving & ((excess < 0) == about_low))
         for begin in range(0, len(places), most):
             chosen = places[begin : begin + most]
-            yield chosen, _circulation(state, chosen, d[chosen], about_low)
+            part = state._replace(rates=state.rates[chosen], speeds=state.speeds[chosen])
+            yield chosen, _circulation(part, about_low)

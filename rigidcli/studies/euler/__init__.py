@@ -126,9 +126,7 @@ def _fields(motion: Trajectory) -> list[Field]:
 
 def _stability(motion: Trajectory) -> Table:
     frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
-    about = free_body.about_axes(frame.moments, frame.groups)
-    stable = [one.stable for one in about]
-    slopes = [one.rate_per_spin for one in about]
+    stable, slopes = zip(*free_body.about_axes(frame.moments, frame.groups), strict=True)
     words = tuple(
         yes_or_no(one, "neutral") if moment else "" for one, moment in zip(stable, frame.moments, strict=True)
     )

@@ -113,13 +113,13 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
     shown = [results["angular_momentum"], results["kinetic_energy"]]
     sentence = f"No torque acts: L in space and T are constant. Kind of motion: {results['motion'].words}."
     given = motion.problem.tensor, motion.problem.omega
-    path = circulation(*given) if free.regime.startswith("about") else None
-    if path is not None:
+    if free.regime.startswith("about"):
+        path = circulation(*given)
         sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
         shown += [
             Field("", float(path.k[0, 0]) ** 2, "k^2", "k^2"),
             Field("", float(path.rate[0, 0]), "rate of their argument", "", "rad/s"),
-            Field("", path.amplitudes[0, 0], "amplitudes", "", "rad/s"),
+            Field("", np.abs(path.amplitudes[0, 0]), "amplitudes", "", "rad/s"),
             results["period"],
         ]
     yield Step("Motion", sentence, tuple(shown))
