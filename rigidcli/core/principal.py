@@ -13,15 +13,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import EPS, Array, Floats
+from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import LEAST_MOMENT, without_rounding
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
 """Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
-
-PAIRS = ((0, 1), (0, 2), (1, 2))
-"""The planes in which the axes are turned."""
 
 PIVOT_TIE = 1e-9
 """Squared components of an axis that differ by less count as equally large, and the first is taken."""
@@ -59,44 +56,9 @@ def principal_frame(tensor: Floats) -> PrincipalFrame:
 
 def principal_moments(tensor: Floats) -> tuple[Floats, Floats]:
     """The moments (3, ascending) of a `tensor` (3 by 3), and unit vectors along their axes (rows)."""
-    moments, rows = diagonal_form(without_rounding(tensor))
-    order = np.argsort(moments, kind="stable")
-    moments = moments[order]
+    moments, columns = np.linalg.eigh(without_rounding(tensor))
     moments[moments <= LEAST_MOMENT * moments[2]] = 0.0
-    return moments, rows[order]
-
-
-def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
-    """The moments (3) and principal axes (rows) of a symmetric `tensor` (3 by 3), in any order.
-
-    By Jacobi's rotations, which keep a small moment beside large ones: G. Golub, C. Van Loan, Matrix
-    Computations, section 8.5. They end when each entry off the diagonal is below rounding in units of the
-    mean of its two moments, taken geometrically. A diagonal tensor is not touched.
-    """
-    # Numbers one by one, because arrays as small as these take ten times as long. The entry (p, q) off the
-    # diagonal stands at the place of the third axis.
-    moments, rows = tensor.diagonal().tolist(), np.eye(3).tolist()
-    products = [tensor.item(1, 2), tensor.item(0, 2), tensor.item(0, 1)]
-    for _ in range(30):  # five are enough, as each soon squares the size of the entries
-        sizes = [math.sqrt(abs(moments[p])) * math.sqrt(abs(moments[q])) for p, q in PAIRS]
-        if all(abs(products[3 - p - q]) <= EPS * size for (p, q), size in zip(PAIRS, sizes, strict=True)):
-            break
-        for p, q in PAIRS:
-            if (product := products[3 - p - q]) != 0:
-                # The turn in the plane (p, q) after which the entry (p, q) vanishes.
-                cotangent = (moments[q] - moments[p]) / (2 * product)
-                tangent = 1 / (abs(cotangent) + math.sqrt(cotangent * cotangent + 1))
-                tangent = tangent if cotangent >= 0 else -tangent
-                cosine = 1 / math.sqrt(tangent * tangent + 1)
-                sine = tangent * cosine
-                moments[p], moments[q] = moments[p] - tangent * product, moments[q] + tangent * product
-                a, b = products[q], products[p]
-                products[q], products[p] = cosine * a - sine * b, sine * a + cosine * b
-                products[3 - p - q] = 0.0
-                pairs = list(zip(rows[p], rows[q], strict=True))
-                rows[p] = [cosine * x - sine * y for x, y in pairs]
-                rows[q] = [sine * x + cosine * y for x, y in pairs]
-    return np.array(moments), np.array(rows)
+    return moments, columns.T
 
 
 def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
