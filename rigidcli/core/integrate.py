@@ -22,16 +22,7 @@ import numpy as np
 from rigidcli.core import stiff
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.runge_kutta import March
-from rigidcli.core.solution import (
-    Engine,
-    Flow,
-    InitialValues,
-    Solution,
-    State,
-    Stop,
-    Stopped,
-    TooManySteps,
-)
+from rigidcli.core.solution import Engine, Flow, InitialValues, Solution, State, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -116,14 +107,13 @@ def integrate(
 def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[Engine, str | None]:
     """The engine for a problem with these stops, which may be bound to constraints, and why it is another."""
     if is_bound:
-        reason = f"the method `{engine}` keeps no constraints: the method `auto` is taken"
-        return "runge-kutta", None if engine == "auto" else reason
-    if len(stops) and engine in ("taylor", "symplectic"):
-        return (
-            "runge-kutta",
-            f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken",
-        )
-    return engine, None
+        reason = "keeps no constraints"
+    elif len(stops) and engine in ("taylor", "symplectic"):
+        reason = "goes over what acts for a moment"
+    else:
+        return engine, None
+    note = f"the method `{engine}` {reason}: the method `auto` is taken"
+    return "runge-kutta", None if engine == "auto" else note
 
 
 def _to_the_end(march: March, note: str | None = None) -> Solution:

@@ -25,7 +25,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import CONVERGED, beyond_first
+from rigidcli.core.elliptic import beyond_first, complete
 from rigidcli.core.precession import SAME_NUMBER
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
@@ -82,13 +82,8 @@ class Swing:
 
     @property
     def quarter(self) -> float:
-        """K, infinite for k' = 0: pi/2 over the arithmetic-geometric mean of 1 and k'."""
-        if not self.gap:
-            return math.inf
-        large, small = 1.0, self.complement
-        while large - small > CONVERGED * large:
-            large, small = (large + small) / 2, math.sqrt(large * small)
-        return math.pi / (large + small)
+        """K, infinite for k' = 0."""
+        return float(complete(self.complement, 1.0, 1.0, 1.0)) if self.gap else math.inf
 
 
 def swing(start: Start, slack: float = 0.0) -> Swing:
@@ -146,12 +141,6 @@ def _below_vertical(start: Start, down1: float) -> tuple[float, float, float]:
         return 2 * top / down1 * (top / (gap - m)), (gap - m) / 2, gap
     down2 = (m + gap) / (2 * beta)
     return down2, top / down1 * (top / down2) if down2 else 0.0, gap
-
-
-def _unless_rounding(one: float, other: float) -> float:
-    """The sum, and zero where it may be the rounding of its terms alone."""
-    total = one + other
-    return total if abs(total) > SAME_NUMBER * (abs(one) + abs(other)) else 0.0
 
 
 def _better(*sums: tuple[float, ...]) -> float:
@@ -231,17 +220,10 @@ def nutation(
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
     given = map(float, (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit))
     motion = _in_units(float(lambda1), float(lambda3), tuple(given), is_steady)
-    return replace(
-        motion,
-        phi_dot_at_theta_min=_times(motion.phi_dot_at_theta_min, unit),
-        phi_dot_at_theta_max=_times(motion.phi_dot_at_theta_max, unit),
-        period=_times(motion.period, 1 / unit),
-        mean_rate=_times(motion.mean_rate, unit),
-    )
-
-
-def _times(number: float | None, unit: float) -> float | None:
-    return None if number is None else number * unit
+    units = dict.fromkeys(("phi_dot_at_theta_min", "phi_dot_at_theta_max", "mean_rate"), unit)
+    units["period"] = 1 / unit
+    values = {key: getattr(motion, key) for key in units}
+    return replace(motion, **{key: value and value * units[key] for key, value in values.items()})
 
 
 def rate_unit(*rates: float) -> float:
@@ -259,8 +241,10 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     turning, slope = precession * square, nutation * math.sqrt(square)
     energy = nutation**2 + precession * turning
     a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
-    poles = _unless_rounding(turning, -a * down), _unless_rounding(turning, a * up)
-    start = Start(poles, a, beta, turning, slope, energy, down, up)
+    # A pole that may be rounding alone is zero.
+    terms = (turning, -a * down), (turning, a * up)
+    top, bottom = (x + y if abs(x + y) > SAME_NUMBER * (abs(x) + abs(y)) else 0.0 for x, y in terms)
+    start = Start((top, bottom), a, beta, turning, slope, energy, down, up)
     limits = swing(start, 2.0 if is_steady else 4 * SAME_NUMBER)
     if not any(limits.x):
         rate = precession if square else None

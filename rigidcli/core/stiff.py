@@ -13,14 +13,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import (
-    NO_VALUE,
-    InitialValues,
-    Solution,
-    TooManySteps,
-    largest,
-    stopped,
-)
+from rigidcli.core.solution import NO_VALUE, InitialValues, Solution, TooManySteps, largest, stopped
 
 METHOD = "Radau IIA of order 5 (scipy)"
 
