@@ -91,9 +91,8 @@ def _turning_point(function: Discriminant, start: float, step: float) -> float |
     """
     near, reach, largest = start, step, 0.0
     for _ in range(MOST_STRETCHES):
-        places = (
-            near + reach * np.arange(LOOKS_IN_A_STRETCH + 2) / LOOKS_IN_A_STRETCH
-        )  # the last overlaps with the next stretch
+        # The last two places are the first of the next stretch.
+        places = near + reach * np.arange(LOOKS_IN_A_STRETCH + 2) / LOOKS_IN_A_STRETCH
         places = np.sort(np.concatenate([places, *_valleys(function, places)]))[:: 1 if step > 0 else -1][1:]
         values = function(places)[0]
         beyond = np.flatnonzero(~(values > 0) | np.isinf(values))

@@ -20,23 +20,16 @@ def direction(vector: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
     length = arithmetic.hypot(*vector)
     if length == 0:
         raise ValueProblem("read the zero vector, expected a direction")
-    if not arithmetic.exact and length < 1e-290:
-        # A subnormal length has lost digits: a power of two lifts it without rounding.
-        return direction([component * 2.0**600 for component in vector], arithmetic)
     return arithmetic.array([component / length for component in vector])
 
 
 def from_axis_angle(axis: Sequence[Scalar], angle: Scalar, arithmetic: Arithmetic) -> Array:
     """Turn by `angle` (rad, right-handed) about `axis` (3, any length): Rodrigues' formula."""
     x, y, z = n = direction(axis, arithmetic)
-    cross = arithmetic.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    cross, identity = arithmetic.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), np.eye(3, dtype=int)
     # 1 - cos keeps its digits for small angles as 2 sin^2 of half the angle.
     versine = 1 - arithmetic.cos(angle) if arithmetic.exact else 2 * arithmetic.sin(angle / 2) ** 2
-    return (
-        np.eye(3, dtype=int)
-        + arithmetic.sin(angle) * cross
-        + versine * (np.outer(n, n) - np.eye(3, dtype=int))
-    )
+    return identity + arithmetic.sin(angle) * cross + versine * (np.outer(n, n) - identity)
 
 
 def from_euler(angles: Sequence[Scalar], sequence: str, arithmetic: Arithmetic) -> Array:
@@ -214,11 +207,9 @@ def euler_angles(q: Floats, sequence: str = "zxz") -> Floats:
     locked = 16 * EPS
     along = np.hypot(q[:, 0], q[:, first])
     across = np.hypot(q[:, second], q[:, 6 - first - second])
-    half_sum = np.where(along > locked, np.arctan2(q[:, first], q[:, 0]), 0.0)
-    half_difference = np.where(
-        across > locked, np.arctan2(handed * q[:, 6 - first - second], q[:, second]), 0.0
-    )
-    half_sum, half_difference = np.unwrap(half_sum), np.unwrap(half_difference)
+    other = handed * q[:, 6 - first - second]
+    half_sum = np.unwrap(np.where(along > locked, np.arctan2(q[:, first], q[:, 0]), 0.0))
+    half_difference = np.unwrap(np.where(across > locked, np.arctan2(other, q[:, second]), 0.0))
     middle = 2 * np.arctan2(across, along)
     ends = np.array([half_sum + half_difference, half_sum - half_difference])
     ends -= 2 * np.pi * np.rint(ends[:, :1] / (2 * np.pi))
