@@ -80,10 +80,8 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
 
 
 def _signs(at: Floats) -> Floats:
-    """The sign of each value; a zero has that of the value before it, or at the start of the next one."""
+    """The sign of each value, not all zero; a zero has that of the value before, or at the start the next."""
     signs, known = np.sign(at), np.flatnonzero(at)
-    if not len(known):
-        return np.ones(len(at))
     place = np.searchsorted(known, np.arange(len(at)), side="right") - 1
     return signs[known[np.maximum(place, 0)]]
 
