@@ -254,7 +254,7 @@ def _routhian(findings: Findings) -> list[Field]:
     """Report the Routhian where there are cyclic coordinates and others, if no steady motion has it."""
     derivation, small = findings.derivation, findings.oscillations
     is_partly_cyclic = 0 < len(derivation.conserved_momenta) < len(derivation.phase.coordinates)
-    has_steady = small is not None and small.steady is not None
+    has_steady = small is not None and bool(small.steady)
     if has_steady or not is_partly_cyclic or derivation.system.constraints or not derivation.is_short:
         return []
     from rigidcli.studies.hamilton.oscillations import routhian_fields

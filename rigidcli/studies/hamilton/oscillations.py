@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import starmap
@@ -11,16 +11,16 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from rigidcli.algebra.arithmetic import inequality, sqrt
+from rigidcli.algebra.arithmetic import EXACT, inequality
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
+from rigidcli.algebra.expressions import ZERO, Expr, atomic, number, symbol
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Equilibrium, momentum, velocity
@@ -44,6 +44,7 @@ from rigidcli.mechanics.steady import routhian, steady_rates, written
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import if_known, require_values
 from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.equations_of_motion import terms
 from rigidcli.studies.hamilton.system import (
     SystemFunctions,
     derived_parameters,
@@ -66,38 +67,23 @@ the distance, they are small, and the step is not.
 ZERO_COORDINATE = 1e-14
 """Coordinates of an equilibrium below this, in units of the largest one or of the start, are zero."""
 
-NO_MODES = (
-    "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
-    "with values for all parameters they are given in numbers"
-)
-"""This note stands where there are symbols, and no modes."""
-
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
 
 
-class SteadyMotion(NamedTuple):
-    """The values of the cyclic rates and momenta; the effective potential and the Routhian as results."""
-
-    values: Mapping[str, float | Expr]
-    routhian: list[Field]
-
-    def fields(self) -> list[Field]:
-        """Report the steady motion as JSON has it; people see the Routhian in a verbose look."""
-        rates = (celled(f"steady.{q}", e, f"steady, {q}", latex_name(q)) for q, e in self.values.items())
-        return [*rates, *self.routhian]
-
-
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """An equilibrium `place`, the linear `motion` about it, and its `roots`, None if they have no form."""
+    """An equilibrium `place`, the linear `motion` about it, and its `roots`, None if they have no form.
+
+    A `steady` motion has its rates and momenta, the effective potential and the Routhian as results.
+    """
 
     place: Mapping[str, float | Expr]
     is_given: bool
     motion: LinearMotion
     roots: Sequence[Root] | None
     notes: tuple[str, ...]
-    steady: SteadyMotion | None = None
+    steady: Sequence[Field] = ()
 
     @property
     def modes(self) -> list[tuple[Root, Vector]]:
@@ -106,27 +92,24 @@ class Oscillations:
 
     def fields(self) -> list[Field]:
         """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
-        modes = None if self.roots is None else list(starmap(_record, self.modes))
         rates = [root.rate for root, _ in self.modes]
-        kind = object if any(isinstance(rate, Expr) for rate in rates) else float
         cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
         places = (
             celled(f"equilibrium.{q}", e, f"equilibrium, {q}", diagnostic=self.is_given)
             for q, e in self.place.items()
         )
         return [
-            *([] if self.steady is None else self.steady.fields()),
+            *self.steady,
             *places,
-            Field("modes", modes),
-            Field("", np.array(rates, dtype=kind), cells=cells),
+            Field("modes", None if self.roots is None else list(starmap(_record, self.modes))),
+            Field("", np.array(rates), cells=cells),
         ]
 
     def tables(self) -> list[Table]:
         """Make the table of the modes that people are shown, one mode in a row."""
-        modes = self.modes
+        modes, records = self.modes, list(starmap(_record, self.modes))
         if not modes:
             return []
-        records = list(starmap(_record, modes))
         is_numeric = not any(isinstance(root.rate, Expr) for root, _ in modes)
         columns = [
             Column(key, [record.get(key) for record in records], (key,), unit if is_numeric else "")
@@ -163,23 +146,19 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         hint = "choose coordinates that obey the constraints, such as an angle"
         raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
     try:
-        left, momenta, turning = derivation, dict[str, Expr](), tuple[str, ...]()
+        left, momenta, notes = derivation, dict[str, Expr](), tuple[str, ...]()
         if equilibrium.turning:
-            momenta, turning = cyclic_momenta(document, equilibrium, derivation)
-            left = reduced(derivation, equilibrium, momenta)
+            momenta, notes = _cyclic_momenta(document, equilibrium, derivation)
+            left = _reduced(derivation, equilibrium, momenta)
         forces, at_rest = _forces_at_rest(document, left)
-        names = left.phase.coordinates
         find = _found_place if equilibrium.is_sought else _given_place
-        place = find(document, equilibrium, names, forces)
+        place = find(document, equilibrium, forces)
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = dict.fromkeys(derivation.velocity_names, ZERO)
         _require_smooth([derivation.generator, *derivation.system.forces], momenta | there | still)
         motion = _motion(left, there).changed(lambda e: tidy(without(e, place.assumed)))
-        steadily = None
-        if equilibrium.turning:
-            is_open = document.exact_results and not equilibrium.is_sought
-            steadily = steady_motion(document, equilibrium, derivation, momenta, there, is_open)
+        steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", EQUILIBRIUM_KEY
@@ -199,12 +178,12 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         ) from None
     is_numeric = equilibrium.is_sought or not is_exact
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    notes = (*turning, *place.notes, *_notes(roots, document))
-    return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steadily)
+    notes = (*notes, *place.notes, *_notes(roots, document))
+    return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steady)
 
 
-def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
-    """The generalized forces at rest, as functions of the coordinates, and momenta where H alone is known."""
+def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[str, Expr], dict[str, Expr]]:
+    """The forces along the coordinates of the system at rest, and its momenta where H alone is known."""
     phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
     momenta: dict[str, Expr] = {}
     if lagrange is not None:
@@ -218,14 +197,13 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Ex
         momenta = known
         forces = [tidy(substitute(e, momenta)) for e in equations[size:]]
     if any(not is_zero(derivative(force, TIME)) for force in forces):
-        raise document.refusal(
-            "forces on the system at rest change with time: there is no equilibrium", EQUILIBRIUM_KEY
-        )
-    return forces, momenta
+        message = "forces on the system at rest change with time: there is no equilibrium"
+        raise document.refusal(message, EQUILIBRIUM_KEY)
+    return dict(zip(phase.coordinates, forces, strict=True)), momenta
 
 
 def _given_place(
-    document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
+    document: Document, equilibrium: Equilibrium, forces: Mapping[str, Expr]
 ) -> EquilibriumPlace:
     """Check the equilibrium that is given. Raises DocumentError where it is none.
 
@@ -235,19 +213,14 @@ def _given_place(
     tries: list[dict[str, Expr]] = [{}, values] if document.exact_results else [values]
     left: dict[str, Expr] = {}
     for known in tries:
-        place = {
-            name: substitute(from_tree(e.root, derived), known) for name, e in equilibrium.values.items()
-        }
-        left = {
-            name: tidy(substitute(force, known | place)) for name, force in zip(names, forces, strict=True)
-        }
-        left = {name: force for name, force in left.items() if not is_zero(force)}
+        given = {q: from_tree(e.root, derived) for q, e in equilibrium.values.items()}
+        place = {q: substitute(e, known) for q, e in given.items()}
+        there = {q: tidy(substitute(force, known | place)) for q, force in forces.items()}
+        left = {q: force for q, force in there.items() if not is_zero(force)}
         if all(force.unknown for force in left.values()):
-            notes = [f"it is an equilibrium where the force {force} vanishes" for force in left.values()]
-            products = [atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms]
-            return EquilibriumPlace(
-                place, known, tuple(notes), tuple(a for a in products if atomic(a).unknown)
-            )
+            notes = tuple(f"it is an equilibrium where the force {force} vanishes" for force in left.values())
+            factors = (atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms)
+            return EquilibriumPlace(place, known, notes, tuple(a for a in factors if atomic(a).unknown))
     raise document.refusal(
         f"no equilibrium: at rest there, {_listed(left)}",
         EQUILIBRIUM_KEY,
@@ -264,26 +237,25 @@ def _listed(forces: Mapping[str, float | Expr]) -> str:
 
 
 def _found_place(
-    document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
+    document: Document, equilibrium: Equilibrium, forces: Mapping[str, Expr]
 ) -> EquilibriumPlace:
     """Search for an equilibrium near given values. Raises ComputationError where the search fails."""
     from scipy.optimize import root
 
     require_values(document, "the search for an equilibrium")
-    require_formulas(document, forces, "the search for an equilibrium")
-    constants = {name: float(value) for name, value in document.values.items()}
+    require_formulas(document, forces.values(), "the search for an equilibrium")
+    names, constants = list(forces), {name: float(value) for name, value in document.values.items()}
     begin = np.array([equilibrium.values[name].evaluate(constants) for name in names])
-    slopes = [derivative(force, name) for force in forces for name in names]
-    f, jacobian, sizes = (
-        code.function([to_tree(e) for e in es], names, constants)(math)
-        for es in (forces, slopes, [abs(Expr({m: c})) for force in forces for m, c in force.terms.items()])
-    )
 
-    def at(q: Floats, g: Callable[..., Any] = f) -> Floats:
-        return np.array(g(*q.tolist()), dtype=np.float64)
+    def compiled(expressions: Iterable[Expr]) -> Callable[[Floats], Floats]:
+        function = code.function([to_tree(e) for e in expressions], names, constants)(math)
+        return lambda q: np.array(function(*q.tolist()), dtype=np.float64)
+
+    at, sizes = compiled(forces.values()), compiled(abs(e) for force in forces.values() for e in terms(force))
+    slopes = compiled(derivative(force, name) for force in forces.values() for name in names)
 
     def slope(q: Floats) -> Floats:
-        return at(q, jacobian).reshape(len(names), len(names))
+        return slopes(q).reshape(len(names), len(names))
 
     try:
         q: Floats = root(at, begin, jac=slope, method="lm", tol=1e-15).x
@@ -293,7 +265,7 @@ def _found_place(
             q[np.abs(q) <= ZERO_COORDINATE * max(np.abs(q).max(), np.abs(begin).max())] = 0.0
             left = at(q) + 0.0
             step = np.asarray(np.linalg.lstsq(slope(q), left, rcond=1e-10)[0], dtype=np.float64)
-        scale = at(begin, sizes).max(initial=0.0)
+        scale = sizes(begin).max(initial=0.0)
     except NO_VALUE as error:
         raise ComputationError("no equilibrium found: the forces have no value on the way") from error
     listed = _listed(dict(zip(names, left.tolist(), strict=True)))
@@ -325,7 +297,10 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
 
 def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
     if roots is None:
-        yield NO_MODES
+        yield (
+            "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
+            "with values for all parameters they are given in numbers"
+        )
     elif any(isinstance(root.rate, Expr) and root.rate.style.decimal for root in roots):
         yield f"rates with decimals have no closed form; they are rounded to {DIGITS_OF_RATES} digits"
     for root in roots or ():
@@ -335,11 +310,12 @@ def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
 
 
 def _record(root: Root, vector: Vector) -> dict[str, Any]:
-    angular = cast(Any, root.angular)
-    frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
+    n = EXACT if isinstance(root.rate, Expr) else FLOAT
+    angular, decay = cast(Any, root.angular), cast(Any, -root.growth)
+    frequency = angular / (2 * n.pi) if angular else None
     period = None if frequency is None else 1 / frequency
-    if isinstance(frequency, Expr) and isinstance(period, Expr):
-        frequency, period = frequency.styled(angular.style), period.styled(angular.style)
+    if n.exact and angular:
+        frequency, period = (e.styled(angular.style) for e in (frequency, period))
     is_complex = any(y for _, y in vector)
     record = {
         "rate": root.rate,
@@ -348,15 +324,11 @@ def _record(root: Root, vector: Vector) -> dict[str, Any]:
         "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector],
         "stable": root.is_stable,
     }
-    if not (root.growth and root.is_stable):
-        return record
-    record["decay"] = -root.growth
-    if angular:  # Q = w0/(2 b) of the root -b + i w, where w0^2 = b^2 + w^2
-        decay = cast(Any, -root.growth)
-        squared = decay**2 + angular**2
-        own = math.sqrt(squared) if isinstance(squared, float) else sqrt(squared)
-        quality = own / (2 * decay)
-        record["quality"] = tidy(quality) if isinstance(quality, Expr) else quality
+    if decay and root.is_stable:
+        record["decay"] = decay
+        if angular:  # Q = w0/(2 b) of the root -b + i w, where w0^2 = b^2 + w^2
+            quality = n.sqrt(decay**2 + angular**2) / (2 * decay)
+            record["quality"] = tidy(quality) if isinstance(quality, Expr) else quality
     return record
 
 
@@ -380,7 +352,7 @@ def _kind(root: Root) -> str:
     return "decays" if root.growth else "stable"
 
 
-def cyclic_momenta(
+def _cyclic_momenta(
     document: Document, equilibrium: Equilibrium, derivation: Derivation
 ) -> tuple[dict[str, Expr], tuple[str, ...]]:
     """The momenta of the coordinates that turn, by their names, and notes on the rate that is solved for.
@@ -409,9 +381,9 @@ def cyclic_momenta(
     steadily = equilibrium.steady
     if steadily is None:
         return momenta, ()
-    left, place = reduced(derivation, equilibrium, momenta), known | read(equilibrium.values)
-    at_any_rate, at_rest = _forces_at_rest(document, left)
-    forces = {q: tidy(substitute(f, place)) for q, f in zip(left.phase.coordinates, at_any_rate, strict=True)}
+    place = known | read(equilibrium.values)
+    at_any_rate, at_rest = _forces_at_rest(document, _reduced(derivation, equilibrium, momenta))
+    forces = {q: tidy(substitute(force, place)) for q, force in at_any_rate.items()}
     rate = derivation.equations[derivation.phase.coordinates.index(steadily)]
     rate = tidy(substitute(substitute(rate, momenta | at_rest), place))
     try:
@@ -419,13 +391,15 @@ def cyclic_momenta(
     except ExpressionError as error:
         message, key = f"no steady motion: {error.message}", f"equilibrium.{steadily}"
         raise document.refusal(message, key, hint=error.hint) from error
-    second = [] if found.other is None else [f"{velocity(steadily)} = {written(found.other)}"]
-    notes = [f"a second steady rate is {text}" for text in second]
-    notes += [] if found.condition is None else [f"the motion is steady where {found.condition} > 0"]
-    return momenta | {momentum(steadily): found.momentum}, tuple(notes)
+    notes = tuple[str, ...]()
+    if found.other is not None:
+        notes += (f"a second steady rate is {velocity(steadily)} = {written(found.other)}",)
+    if found.condition is not None:
+        notes += (f"the motion is steady where {found.condition} > 0",)
+    return momenta | {momentum(steadily): found.momentum}, notes
 
 
-def reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[str, Expr]) -> Derivation:
+def _reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[str, Expr]) -> Derivation:
     """The system of the coordinates that do not turn, with these values of the momenta of the others."""
     phase, functions = derivation.phase, derivation.system
     assert derivation.hamiltonian is not None
@@ -439,24 +413,24 @@ def reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[s
     return Derivation(names, tuple(derivation.velocity_names[k] for k in places), system)
 
 
-def steady_motion(
+def _steady(
     document: Document,
     equilibrium: Equilibrium,
     derivation: Derivation,
     momenta: Mapping[str, Expr],
     there: Mapping[str, Expr],
-    is_exact: bool,
-) -> SteadyMotion:
-    """The steady motion with these momenta at a place, which has the other coordinates and momenta."""
-    phase = derivation.phase
+) -> list[Field]:
+    """The results on a steady motion with these momenta; the other coordinates and momenta are `there`."""
     assert derivation.velocities is not None
-    values: dict[str, float | Expr] = {}
-    rates = dict(zip(phase.coordinates, derivation.velocities, strict=True))
+    is_exact = document.exact_results and not equilibrium.is_sought
+    rates = dict(zip(derivation.phase.coordinates, derivation.velocities, strict=True))
     place = {**there, **{name: substitute(p, there) for name, p in momenta.items()}}
+    shown = []
     for q in equilibrium.turning:
         for name, e in ((velocity(q), tidy(substitute(rates[q], place))), (momentum(q), place[momentum(q)])):
-            values[name] = e if is_exact or e.names else float(e)
-    return SteadyMotion(values, routhian_fields(document, derivation, equilibrium.turning))
+            value = e if is_exact or e.names else float(e)
+            shown.append(celled(f"steady.{name}", value, f"steady, {name}", latex_name(name)))
+    return shown + routhian_fields(document, derivation, equilibrium.turning)
 
 
 def routhian_fields(document: Document, derivation: Derivation, cyclic: Collection[str]) -> list[Field]:

@@ -87,7 +87,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     if findings.transform is not None:
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
-        if findings.oscillations.steady is not None:
+        if findings.oscillations.steady:
             kinds = ("routhian", "effective_potential", "steady")
             shown = [e for kind in kinds for e in fields if e.key.partition(".")[0] == kind]
             sentence = (
