@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 SCHEMA = "rigidcli.hamilton/1"
 
+# The longest expression that people see, in characters: it fills a screen.
 LONGEST_SHOWN = 2_000
-"""The longest expression that people see, in characters: it fills a screen."""
 
 
 def run(

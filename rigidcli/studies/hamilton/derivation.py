@@ -40,14 +40,12 @@ from rigidcli.mechanics.particles import squares
 from rigidcli.mechanics.phase_space import TIME, Phase, equations, is_constant_in, linear, steps
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 
+# A residual of the equations of motion beyond this, in units of their size, is no rounding error.
 MOST_RESIDUAL = 1e-6
-"""A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
-
+# The number of random points at which the equations of motion are compared.
 CHECKED_POINTS = 3
-"""The number of random points at which the equations of motion are compared."""
-
+# The most nodes of H and of the velocities together that are worked with: about ten pages of text.
 MOST_NODES_OF_H = 3_000
-"""The most nodes of H and of the velocities together that are worked with: about ten pages of text."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,11 +37,10 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import celled, field_of
 
+# The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3
-"""The most coordinates whose response is written in letters: determinants of more fill a page."""
-
+# A rate of the free motion this near to that of the force, in units of it, is the same.
 IN_RESONANCE = 1e-9
-"""A rate of the free motion this near to that of the force, in units of it, is the same."""
 
 Quantity: TypeAlias = Expr | float | None
 """A result in letters or as a number; None where there is none."""

@@ -33,14 +33,11 @@ from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.studies.hamilton.derivation import Derivation
 
+# The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
+# No name of a document has a dot.
 ENERGY_CHANGE = ".energy_change"
-"""The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
-
-No name of a document has a dot.
-"""
-
+# The key under which a document gives the initial state.
 INITIAL_KEY = "orbit.initial"
-"""The key under which a document gives the initial state."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

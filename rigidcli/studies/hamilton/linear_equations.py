@@ -22,11 +22,10 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import field_of
 
+# The widest matrix that people are shown: a terminal has room for no more.
 MOST_COLUMNS = 8
-"""The widest matrix that people are shown: a terminal has room for no more."""
-
+# The keys of the results that follow from the matrix of linear equations.
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
-"""The keys of the results that follow from the matrix of linear equations."""
 
 STABILITY = {
     "stable": "stable: motion stays bounded",

@@ -283,14 +283,12 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     return None
 
 
+# Points at which functions are compared.
 COMPARED_POINTS = 5
-"""Points at which functions are compared."""
-
+# Ratios that differ by less, in units of themselves, are the same where only values can tell.
 SAME_RATIO = 1e-9
-"""Ratios that differ by less, in units of themselves, are the same where only values can tell."""
-
+# The name of a Cartesian coordinate: its axis, and the number of the particle.
 _CARTESIAN = re.compile(r"([xyz])_?(\d*)")
-"""The name of a Cartesian coordinate: its axis, and the number of the particle."""
 
 
 def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:

@@ -33,23 +33,18 @@ from rigidcli.studies.hamilton.equations_of_motion import (
 )
 from rigidcli.studies.hamilton.sections import Values, cut, equation, passes, reach, selected, touching
 
+# What messages call the solution.
 NAME = "the orbit"
-"""What messages call the solution."""
-
+# With fewer coordinates, and rates times the span below this, steps are as quick as an exponential.
 FEW_COORDINATES, FEW_RADIANS = 6, 1e4
-"""With fewer coordinates, and rates times the span below this, steps are as quick as an exponential."""
-
+# Steps of an orbit, besides its samples, at which the terms of what is conserved are looked at.
 LOOKS_AT_TERMS = 64
-"""Steps of an orbit, besides its samples, at which the terms of what is conserved are looked at."""
-
+# Times at which it is looked whether an orbit has left its range: they tell three digits of the end.
 LOOKS_AT_RANGE = 4097
-"""Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
-
+# The largest error of a straight line between two drawn states, in units of the width of the picture.
 SMOOTH = 1e-3
-"""The largest error of a straight line between two drawn states, in units of the width of the picture."""
-
+# The most states that are drawn: about 1 MB in a file .svg.
 MOST_DRAWN = 20_000
-"""The most states that are drawn: about 1 MB in a file .svg."""
 
 
 class Samples(TypedDict):

@@ -54,21 +54,16 @@ from rigidcli.studies.hamilton.system import (
 )
 from rigidcli.studies.results import celled, field_of
 
+# The key under which a document gives the equilibrium.
 EQUILIBRIUM_KEY = "equilibrium"
-"""The key under which a document gives the equilibrium."""
-
+# The largest force at an equilibrium that is found, in units of the terms of the forces at the start.
+# The next step of Newton's method has to be as small, in units of the coordinates: where forces fade away
+# with the distance, they are small, and the step is not.
 NO_FORCE = 1e-9
-"""The largest force at an equilibrium that is found, in units of the terms of the forces at the start.
-
-The next step of Newton's method has to be as small, in units of the coordinates: where forces fade away with
-the distance, they are small, and the step is not.
-"""
-
+# Coordinates of an equilibrium below this, in units of the largest one or of the start, are zero.
 ZERO_COORDINATE = 1e-14
-"""Coordinates of an equilibrium below this, in units of the largest one or of the start, are zero."""
-
+# Columns of the modes that people are shown where there is something in them, with their units.
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
-"""Columns of the modes that people are shown where there is something in them, with their units."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,8 +307,8 @@ def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
 def _record(root: Root, vector: Vector) -> dict[str, Any]:
     n = EXACT if isinstance(root.rate, Expr) else FLOAT
     angular, decay = cast(Any, root.angular), cast(Any, -root.growth)
-    frequency = angular / (2 * n.pi) if angular else None
-    period = None if frequency is None else 1 / frequency
+    frequency: Any = angular / (2 * n.pi) if angular else None
+    period: Any = None if frequency is None else 1 / frequency
     if n.exact and angular:
         frequency, period = (e.styled(angular.style) for e in (frequency, period))
     is_complex = any(y for _, y in vector)

@@ -29,23 +29,18 @@ from rigidcli.studies.hamilton.system import known_values
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.findings import Findings
 
+# The most coordinates or modes that one picture shows.
 MOST_PANELS = 6
-"""The most coordinates or modes that one picture shows."""
-
+# Places along each side of the grid on which H is worked out for its contours.
 GRID = 161
-"""Places along each side of the grid on which H is worked out for its contours."""
-
+# Contours of H beside that of the orbit's energy.
 LEVELS = 9
-"""Contours of H beside that of the orbit's energy."""
-
+# A coordinate that varies by less than this over a section, in units of the largest, is held fixed by it.
 STILL = 1e-9
-"""A coordinate that varies by less than this over a section, in units of the largest, is held fixed by it."""
-
+# Rates of the force at which its response is drawn.
 RATES = 801
-"""Rates of the force at which its response is drawn."""
-
+# How far a phase portrait goes beyond the orbit, in units of the orbit's width.
 MARGIN = 0.35
-"""How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
 
 def path(findings: Findings) -> Picture:
@@ -273,26 +268,20 @@ def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Ma
     return marks
 
 
+# The most coordinates whose values are read off, and whose phase portraits can be chosen.
 MOST_SHOWN = 6
-"""The most coordinates whose values are read off, and whose phase portraits can be chosen."""
-
+# The most particles whose paths are drawn, and which are looked through for rods between them.
 MOST_TRACED = 12
-"""The most particles whose paths are drawn, and which are looked through for rods between them."""
-
+# The most states of a replay: a page with two coordinates has room for them all.
 MOST_REPLAYED = 7_500
-"""The most states of a replay: a page with two coordinates has room for them all."""
-
+# A distance that changes by less than this, in units of the size of the motion, is that of a rod.
 RIGID = 1e-9
-"""A distance that changes by less than this, in units of the size of the motion, is that of a rod."""
-
+# A range below this, in units of the values, is that of rounding: it is not drawn out to fill a portrait.
 CONSTANT = 1e-9
-"""A range below this, in units of the values, is that of rounding: it is not drawn out to fill a portrait."""
-
+# How far a portrait goes in each direction to both sides, in units of its height to one side.
 WIDTHS = (1.6, 1.0, 1.0)
-"""How far a portrait goes in each direction to both sides, in units of its height to one side."""
-
+# How far the axes of a portrait go beyond the orbit, in units of its own extent.
 FRAME = 1.15
-"""How far the axes of a portrait go beyond the orbit, in units of its own extent."""
 
 
 def scene_of(findings: Findings) -> Scene | None:

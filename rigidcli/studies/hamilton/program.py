@@ -18,18 +18,14 @@ from rigidcli.studies.hamilton.equations_of_motion import InitialState, symbolic
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 from rigidcli.studies.hamilton.system import require_formulas
 
+# A remark in programs of systems with constraints, whose steps do not end with a way back to them.
 DRIFTS = "the constraints are differentiated: by the errors of its steps, the orbit drifts away from them"
-"""A remark in programs of systems with constraints, whose steps do not end with a way back to them."""
-
+# The least size of a variable that its errors are measured by, in units of the terms of its rate.
+# A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can
+# follow it with errors of 1e-12 of its own size.
 LEAST_SIZE = 1e-3
-"""The least size of a variable that its errors are measured by, in units of the terms of its rate.
-
-A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can follow
-it with errors of 1e-12 of its own size.
-"""
-
+# The relative step of a finite difference that shows the size of the terms of a rate.
 NUDGE = 1e-6
-"""The relative step of a finite difference that shows the size of the terms of a rate."""
 
 
 def program_of(

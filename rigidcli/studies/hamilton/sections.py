@@ -21,11 +21,10 @@ from rigidcli.report import Field, Step
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import InitialState
 
+# What comes this near to zero and goes back is no pass, in units of the largest value, as errors are.
 TOUCHING = 1e-10
-"""What comes this near to zero and goes back is no pass, in units of the largest value, as errors are."""
-
+# Where an orbit cannot be followed on, it is looked for its end up to this share of the time before.
 BEFORE_STOP = 1e-6
-"""Where an orbit cannot be followed on, it is looked for its end up to this share of the time before."""
 
 Values = Callable[[Floats, Floats], Floats]
 
@@ -120,8 +119,8 @@ def _said(title: str, words: str) -> Field:
     return Field("", words, title, words=words)
 
 
+# The orbit may pass a turning point by this share of their distance, or it does not turn there.
 BEYOND_TURNING = 1e-6
-"""The orbit may pass a turning point by this share of their distance, or it does not turn there."""
 
 
 def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libration | None:

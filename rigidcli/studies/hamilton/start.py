@@ -26,23 +26,17 @@ from rigidcli.studies.hamilton.constraints import Keeper, keeper
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import INITIAL_KEY, InitialState
 
+# The time of the start, as an array.
 ZEROS = np.zeros(1)
-"""The time of the start, as an array."""
-
+# The largest miss of a constraint that a start may have, in units of the terms of the constraint.
+# It is moved onto the constraint: numbers that are typed obey none to all digits of a float.
 START_MISSES = 1e-6
-"""The largest miss of a constraint that a start may have, in units of the terms of the constraint.
-
-It is moved onto the constraint: numbers that are typed obey none to all digits of a float.
-"""
-
+# Steps of Newton's method that move a start onto the constraints; each doubles the digits.
 NEWTON_STEPS = 8
-"""Steps of Newton's method that move a start onto the constraints; each doubles the digits."""
-
+# Constraints are dependent where a singular value of their slopes, each scaled to 1, is below this.
 DEPENDENT_SLOPES = 1e-10
-"""Constraints are dependent where a singular value of their slopes, each scaled to 1, is below this."""
-
+# Velocities belong to a branch v(p) from which they differ by less than this, in units of their size.
 SAME_VELOCITIES = 1e-6
-"""Velocities belong to a branch v(p) from which they differ by less than this, in units of their size."""
 
 
 def initial_state(

@@ -36,18 +36,14 @@ from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.hamilton.system import as_typed, known_values
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 
+# The longest formula that is shown, in characters: a longer one teaches nothing.
 LONGEST_FORMULA = 300
-"""The longest formula that is shown, in characters: a longer one teaches nothing."""
-
+# Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule.
 MOST_BRACKETS = 6
-"""Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule."""
-
+# Particles whose positions are shown: those of further ones follow the same rule.
 MOST_PARTICLES = 3
-"""Particles whose positions are shown: those of further ones follow the same rule."""
-
-
+# How the keys of results begin that come after the multipliers of constraints.
 OF_CONSTRAINTS = ("degrees_of_freedom", "multipliers.", "constraint_forces.", "accelerations.")
-"""How the keys of results begin that come after the multipliers of constraints."""
 
 
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
@@ -186,6 +182,7 @@ class _Part(NamedTuple):
     forces: tuple[str, str] = ("", "")
 
 
+# The steps that show results; the first three lead to H. One without results is left out.
 PARTS = (
     _Part(
         "Momenta",
@@ -227,7 +224,6 @@ PARTS = (
         forces=("", ", plus the power of the forces"),
     ),
 )
-"""The steps that show results; the first three lead to H. One without results is left out."""
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
@@ -317,13 +313,13 @@ def _of_transform(
         )
 
 
+# What follows from each type of generating function.
 _RELATIONS = {
     "F1": "p = dF/dq and P = -dF/dQ",
     "F2": "p = dF/dq and Q = dF/dP",
     "F3": "q = -dF/dp and P = -dF/dQ",
     "F4": "q = -dF/dp and Q = dF/dP",
 }
-"""What follows from each type of generating function."""
 
 
 def _of_generating(transform: Transform, generated: Generated, fields: Sequence[Field]) -> Step:

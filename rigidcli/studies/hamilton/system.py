@@ -216,8 +216,8 @@ def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
     return potential if parts is None else parts[1][0]
 
 
+# What the text of a decimal has, and no other part of an expression.
 DECIMAL = re.compile(r"\.\d|\de-")
-"""What the text of a decimal has, and no other part of an expression."""
 
 
 def style_of(document: Document) -> Style:
