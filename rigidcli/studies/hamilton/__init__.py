@@ -123,7 +123,8 @@ def _results(findings: Findings) -> list[Field]:
         fields += _transform(findings.transform)
     if findings.orbit is not None:
         fields += _orbit_quality(findings.orbit)
-    if findings.libration is not None or (findings.orbit and _is_beside_cyclic(findings.derivation)):
+    is_beside_cyclic = findings.derivation.moves_alone and bool(findings.derivation.cyclic)
+    if findings.libration is not None or (findings.orbit and is_beside_cyclic):
         fields += _libration(findings.libration, findings.derivation)
     return fields
 
@@ -176,7 +177,8 @@ def _second_order(derivation: Derivation) -> list[Field]:
     solved = None if lagrange is None else derivation.accelerations
     moving = (*coordinates, *derivation.velocity_names, TIME)
     is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
-    is_solved |= bool(vanishing and solved and _length(solved) <= _length(vanishing))
+    if vanishing and solved:
+        is_solved |= sum(len(str(e)) for e in solved) <= sum(len(str(e)) for e in vanishing)
     equations = _by_name(
         "lagrange_equations", coordinates, vanishing, _lagrange, coordinates if is_solved else ()
     )
@@ -231,10 +233,6 @@ def _by_name(
 def _is_diagonal(definitions: Sequence[Expr], velocities: Sequence[str]) -> bool:
     pairs = zip(definitions, velocities, strict=False)
     return all((e / symbol(v)).names.isdisjoint(velocities) for e, v in pairs) and len(definitions) > 0
-
-
-def _length(expressions: Sequence[Expr]) -> int:
-    return sum(len(str(e)) for e in expressions)
 
 
 def _own(name: str) -> tuple[str, str]:
@@ -341,10 +339,6 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     ]
 
 
-def _is_beside_cyclic(derivation: Derivation) -> bool:
-    return derivation.moves_alone and bool(derivation.cyclic)
-
-
 def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
     """The period, action and turning points; null where the coordinate does not move to and fro."""
     rows = [
@@ -352,7 +346,7 @@ def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
         _row("orbit.action", found and found.action),
         _row("orbit.turning_points", found and np.array(found.turning_points)),
     ]
-    if _is_beside_cyclic(derivation):  # the orbit itself need not close
+    if derivation.cyclic:  # the orbit itself need not close
         (name,) = {*derivation.phase.coordinates} - {*derivation.cyclic}
         rows = [replace(row, title=f"{row.title.removesuffix(' of the orbit')} of {name}") for row in rows]
     return list(map(if_known, rows))
@@ -416,17 +410,16 @@ def notes_on(findings: Findings) -> list[str]:
         notes.append(
             "the multipliers are too long to be worked out in symbols; orbits solve for them in numbers"
         )
-    if findings.orbit is not None and findings.document.exact_results:
-        notes.append("the orbit is followed in floating-point numbers")
-    if findings.orbit is not None and findings.orbit.note is not None:
-        notes.append(findings.orbit.note)
-    notes += findings.orbit.remarks if findings.orbit is not None else ()
+    orbit = findings.orbit
+    if orbit is not None:
+        notes += ["the orbit is followed in floating-point numbers"] * findings.document.exact_results
+        notes += [*([] if orbit.note is None else [orbit.note]), *orbit.remarks]
     if findings.libration is not None and findings.libration.error > 1e-9:
         digits = int(-math.log10(findings.libration.error))
         notes.append(f"near the separatrix the period and the action have {digits} digits")
-    if findings.orbit is not None and findings.orbit.lost is not None:
+    if orbit is not None and orbit.lost is not None:
         may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
-        notes.append(unshared("orbit", findings.orbit.lost, may_be_chaotic))
+        notes.append(unshared("orbit", orbit.lost, may_be_chaotic))
     transform = findings.transform
     generated = None if transform is None else transform.generated
     if generated is not None and generated.old is None and generated.new is None:

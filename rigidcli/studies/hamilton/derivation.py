@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -268,8 +268,13 @@ class Derivation:
         return tidy(hamiltonian + substitute(excess, solved))
 
 
-_LAST: dict[str, tuple[Derivation, Mapping[str, Expr]]] = {}
-"""The last derivation, by all of its document but values, with the values for which it was made."""
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """A document to derive, known by its `key`: all of it but the values of its parameters."""
+
+    key: str
+    document: Document = field(compare=False)
+    values: Mapping[str, Expr] = field(compare=False)
 
 
 def derive(document: Document) -> Derivation:
@@ -283,12 +288,7 @@ def derive(document: Document) -> Derivation:
         # Roots of positive parameters are shorter, so that signs count.
         negative = [name for name, e in values.items() if float(e) <= 0]
         key = repr((document.system, derived, *values, negative))
-        last = _LAST.get(key)
-        if last is None:
-            last = _worked(document, values), values
-            _LAST.clear()
-            _LAST[key] = last
-        derivation, known = last
+        derivation, known = _last(_Task(key, document, values))
         if derivation.momenta is None or known == values:
             return derivation
         if not derivation.branches or any(branch.region for branch in derivation.branches):
@@ -297,6 +297,12 @@ def derive(document: Document) -> Derivation:
         return derivation
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
+
+
+@lru_cache(maxsize=1)
+def _last(task: _Task) -> tuple[Derivation, Mapping[str, Expr]]:
+    """A derivation, and the values of parameters for which it was made."""
+    return _worked(task.document, task.values), task.values
 
 
 def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:

@@ -68,15 +68,9 @@ def find(
         from rigidcli.studies.hamilton.orbit import solve_orbit
 
         functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
+        asked = (document.starts, functions, observed.events if observed else {})
         orbit = followed or solve_orbit(
-            document.orbit,
-            derivation,
-            initial,
-            invariants or (),
-            progress,
-            document.starts,
-            functions,
-            observed.events if observed else {},
+            document.orbit, derivation, initial, invariants or (), progress, *asked
         )
         if derivation.moves_alone:
             from rigidcli.studies.hamilton.sections import period

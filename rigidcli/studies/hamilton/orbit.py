@@ -101,9 +101,9 @@ def solve_orbit(
     initial: InitialState,
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
-    starts: int = 1,
-    functions: Mapping[str, Expr] | None = None,
-    passing: Mapping[str, Expr] | None = None,
+    starts: int,
+    functions: Mapping[str, Expr],
+    passing: Mapping[str, Expr],
 ) -> OrbitSolution:
     """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
 
@@ -113,8 +113,7 @@ def solve_orbit(
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
     motion, limits = equations_of_motion(derivation, initial), derivation.system.constraints
-    functions = functions or {}
-    crossing = {key: _first_row(motion.function([e])) for key, e in (passing or {}).items()}
+    crossing = {key: _first_row(motion.function([e])) for key, e in passing.items()}
     bounds = keeper(derivation, initial.parameters) if limits else None
     run = _follow(orbit, derivation, initial, motion, bounds, crossing, progress, starts)
     solution, times, kept, end, remarks = _met(orbit, crossing, run.solution, run.times, run.until)
@@ -130,12 +129,8 @@ def solve_orbit(
     if bounds is not None:
         misses = np.abs(bounds.measured(times, samples["states"])).max(axis=1)
         drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
-    errors = (
-        run.error,
-        energy_error,
-        _lost_in_slopes(motion, solution, run.scale),
-        rounding(solution, run.stops),
-    )
+    in_slopes = _lost_in_slopes(motion, solution, run.scale)
+    error = max(run.error, energy_error, in_slopes, rounding(solution, run.stops))
     means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
 
     def at(times: Floats) -> Samples:
@@ -153,7 +148,7 @@ def solve_orbit(
         invariants=tuple(map(str, invariants)),
         method=solution.method,
         steps=solution.steps,
-        trusted_digits=digits(max(errors)),
+        trusted_digits=digits(error),
         lost=run.lost,
         note=solution.note,
         means=dict(zip(functions, map(float, means), strict=True)),
@@ -376,15 +371,14 @@ def _met(
     """
     end, remarks = None, list[str]()
     if orbit.until is not None:
+        found = passes(crossing["orbit.until"], solution, "orbit.until")
         if until is None:
             end = (float(times[-1]), "duration")
             remarks.append(
                 f"{equation(orbit.until.text)} is not passed within {times[-1]:.6g} s: the orbit is followed "
                 "to its whole duration"
             )
-            found = passes(crossing["orbit.until"], solution, "orbit.until")
         else:
-            found = passes(crossing["orbit.until"], solution, "orbit.until")
             until = float(found.times[0]) if len(found.times) else until
             end = (until, equation(orbit.until.text))
             times = cut(times[:-1], until)

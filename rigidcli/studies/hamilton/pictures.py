@@ -99,14 +99,11 @@ def observables(findings: Findings) -> Picture:
     keys = [key for key in orbit.further if key.startswith("observables.")]
     if not keys:
         raise UsageError("it is drawn for `observables`")
-    names = [key.partition(".")[2] for key in keys]
-    return _in_time(
-        orbit,
-        "observables",
-        "observables",
-        names,
-        lambda samples: np.column_stack([samples.further[key] for key in keys]),
-    )
+
+    def values(samples: OrbitSolution) -> Floats:
+        return np.column_stack([samples.further[key] for key in keys])
+
+    return _in_time(orbit, "observables", "observables", [key.partition(".")[2] for key in keys], values)
 
 
 def _in_time(
@@ -117,14 +114,10 @@ def _in_time(
     values: Callable[[OrbitSolution], Floats],
 ) -> Picture:
     """A panel for each quantity with these names, whose `values` (k by m) samples have."""
-    samples = curve(orbit, values)
-    panels = tuple(
-        Panel(
-            (PictureAxis("t", "t", "s"), _ruler(name)),
-            (Mark(_form(orbit), np.column_stack([samples.times, x])),),
-        )
-        for name, x in zip(names[:MOST_PANELS], values(samples).T, strict=False)
-    )
+    samples, ruler = curve(orbit, values), PictureAxis("t", "t", "s")
+    lines = (np.column_stack([samples.times, x]) for x in values(samples).T)
+    shown = zip(names[:MOST_PANELS], lines, strict=False)
+    panels = tuple(Panel((ruler, _ruler(name)), (Mark(_form(orbit), line),)) for name, line in shown)
     return Picture(kind, f"{what} in time{_of(names, what)}", panels)
 
 
@@ -161,15 +154,10 @@ def modes(findings: Findings) -> Picture:
         places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
         rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
         marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
-        for lengths, label, style in parts:
-            ends = [
-                np.array([[place, 0.0], [place, length]]) for place, length in enumerate(lengths) if length
-            ]
-            marks += [
-                Mark("arrow", end, "" if place else label, style=style) for place, end in enumerate(ends)
-            ]
-            if not later.any():
-                break
+        for lengths, label, style in parts if later.any() else parts[:1]:
+            for count, place in enumerate(np.flatnonzero(lengths)):
+                end = np.array([[place, 0.0], [place, lengths[place]]])
+                marks.append(Mark("arrow", end, "" if count else label, style=style))
         rate = float(substitute(root.rate, known) if isinstance(root.rate, Expr) else root.rate)
         kind = "rad/s" if root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
@@ -194,9 +182,8 @@ def resonance(findings: Findings) -> Picture:
     # The free motion is slower than the square root of the trace of M^-1 K.
     w = np.linspace(0.0, 1.5 * max(own, math.sqrt(abs(np.trace(np.linalg.solve(m, k))))), RATES)
     places = np.append(w, own)[:, None, None]
-    answers = np.linalg.solve(k - places**2 * m + 1j * places * c, np.tile(f, (len(places), 1))[..., None])[
-        ..., 0
-    ]
+    forces = np.tile(f, (len(places), 1))[..., None]
+    answers = np.linalg.solve(k - places**2 * m + 1j * places * c, forces)[..., 0]
     panels = []
     for title, unit, rows in (("amplitude", "", np.abs(answers)), ("phase", "rad", -np.angle(answers) + 0.0)):
         marks = list[Mark]()
@@ -204,12 +191,8 @@ def resonance(findings: Findings) -> Picture:
             label = name if len(names) > 1 else ""
             marks.append(Mark("line", np.column_stack([w, rows[:-1, place]]), label, style=place))
             marks.append(Mark("dots", np.array([[own, rows[-1, place]]]), style=place))
-        panels.append(
-            Panel(
-                (PictureAxis("rate of the force", r"\omega", "rad/s"), PictureAxis(title, "", unit)),
-                tuple(marks),
-            )
-        )
+        rulers = (PictureAxis("rate of the force", r"\omega", "rad/s"), PictureAxis(title, "", unit))
+        panels.append(Panel(rulers, tuple(marks)))
     return Picture("resonance", f"response to a force{_of(names, 'coordinates')}", tuple(panels), 2)
 
 

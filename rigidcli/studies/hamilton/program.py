@@ -64,26 +64,15 @@ def program_of(
     about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
     about += [f"{one.name}: {one.expression} = 0" for one in system.constraints]
     about += [DRIFTS] if system.constraints else []
-    about += [
-        f"the force on {q} is {force}"
-        for q, force in zip(phase.coordinates, system.forces, strict=True)
-        if not force.is_zero
-    ]
+    forces = zip(phase.coordinates, system.forces, strict=True)
+    about += [f"the force on {q} is {force}" for q, force in forces if not force.is_zero]
     run = None
     if initial is not None and orbit is not None:
         arguments = [TIME, *equations.names]
         flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
         run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
-    return Program(
-        about,
-        constants,
-        TIME,
-        equations.names,
-        rates,
-        quantities,
-        (TIME, *phase.names, *list(asked)[-1 - len(system.constraints) :]),
-        run,
-    )
+    shown = (TIME, *phase.names, *list(asked)[-1 - len(system.constraints) :])
+    return Program(about, constants, TIME, equations.names, rates, quantities, shown, run)
 
 
 def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:

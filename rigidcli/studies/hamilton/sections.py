@@ -106,8 +106,8 @@ def steps(orbit: Orbit, end: tuple[float, str] | None, crossings: int) -> Iterat
     shown = list[Field]()
     if orbit.until is not None and end is not None:
         time, reason = end
-        shown += [_said("looked for", equation(orbit.until.text)), Field("", time, "end", "t", "s")]
-        shown.append(_said("ends where" if reason != "duration" else "ends by its", reason))
+        ends = _said("ends where" if reason != "duration" else "ends by its", reason)
+        shown += [_said("looked for", equation(orbit.until.text)), Field("", time, "end", "t", "s"), ends]
     if orbit.section is not None:
         way = {"up": "upwards", "down": "downwards", "both": "either way"}[orbit.section.direction]
         shown.append(_said("looked for", f"{equation(orbit.section.at.text)}, passed {way}"))
@@ -137,10 +137,8 @@ def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libr
     # The momenta of the cyclic coordinates stay what they are at the start.
     constants = dict(zip(phase.momenta, map(float, initial.p), strict=True))
     q, p = float(initial.q[place]), constants.pop(phase.momenta[place])
-    trees = [to_tree(e) for e in parts]
-    values = columns(
-        code.function(trees, [TIME, phase.coordinates[place]], {**initial.parameters, **constants})
-    )
+    trees, known = [to_tree(e) for e in parts], {**initial.parameters, **constants}
+    values = columns(code.function(trees, [TIME, phase.coordinates[place]], known))
     a, b, c = values(np.zeros(1), np.array([q]))[:, 0]
     energy = float((a * p + b) * p + c)
 

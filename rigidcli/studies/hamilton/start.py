@@ -65,7 +65,7 @@ def initial_state(
         derivation = replace(derivation, branches=() if branch is None else (branch,))
     elif derivation.momenta is not None and not derivation.are_linear and v is None:
         v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
-        shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
+        shown = _listed(derivation.velocity_names, v)
         notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
         derivation = replace(derivation, notes=notes)
     if derivation.system.constraints:
@@ -157,11 +157,11 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
     inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
     values = [point.evaluate(branch.velocities, "a velocity") for branch in inside]
     if v is not None:
-        near = (
-            np.allclose(known, v, rtol=SAME_VELOCITIES, atol=SAME_VELOCITIES * np.abs(v).max())
-            for known in values
+        slack = SAME_VELOCITIES * np.abs(v).max()
+        pairs = zip(inside, values, strict=True)
+        return next(
+            (b for b, known in pairs if np.allclose(known, v, rtol=SAME_VELOCITIES, atol=slack)), None
         )
-        return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
     if not inside:
         raise point.document.refusal(
             f"no velocity has these momenta, expected {branches[0].validity}", INITIAL_KEY
@@ -169,15 +169,16 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
     if len(inside) == 1:
         return inside[0]
     names = derivation.velocity_names
-    listed = "; ".join(
-        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
-        for known in sorted(values, key=tuple)
-    )
+    listed = "; ".join(_listed(names, known) for known in sorted(values, key=tuple))
     raise point.document.refusal(
         f"{len(inside)} velocities have these momenta: {listed}",
         INITIAL_KEY,
         hint=f"give the velocities {', '.join(names)} instead",
     )
+
+
+def _listed(names: Sequence[str], values: Floats) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
 
 
 def on_constraints(document: Document, bounds: Keeper, q: Floats, v: Floats) -> tuple[Floats, Floats]:
