@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
 from rigidcli.mechanics.inversion import Branch
-from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
+from rigidcli.studies.hamilton.linear_equations import Driven, driven
 from rigidcli.studies.hamilton.system import require_formulas
 
 if TYPE_CHECKING:
     from rigidcli.core.libration import Libration
-    from rigidcli.studies.hamilton.driven import Driven
     from rigidcli.studies.hamilton.equations_of_motion import InitialState
     from rigidcli.studies.hamilton.observables import Observed
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -81,20 +80,7 @@ def find(
 
         transform = transformed(document, document.transform, derivation)
     found = Findings(document, branches, derivation, invariants, orbit, transform, small, observed, initial)
-    return found._replace(libration=libration, driven=_driven(document, derivation))
-
-
-def _driven(document: Document, derivation: Derivation) -> Driven | None:
-    """The response of linear equations to driving forces, and their quality factor; None without either."""
-    if derivation.linear is None:
-        return None
-    matrix, offset = derivation.linear
-    may_be_damped = len(offset) == 2 and bool(matrix[0][0] + matrix[1][1])
-    if not may_be_damped and not any(TIME in e.names for e in offset):
-        return None
-    from rigidcli.studies.hamilton.driven import driven
-
-    return driven(document, derivation)
+    return found._replace(libration=libration, driven=driven(document, derivation))
 
 
 def observations(document: Document, derivation: Derivation) -> Observed | None:

@@ -1,27 +1,49 @@
-"""Linear equations of motion in a report: their matrix, the eigenvalues of it, and the stability."""
+"""Linear equations of motion: their matrix with its eigenvalues, the stability, and the steady response.
+
+A system that is driven by forces f cos(w t + a) or f sin(w t + a) has a steady response:
+
+    M q'' + C q' + K q = f cos(w t)   has the solution   q = Re(X exp(i w t)),   (K - w^2 M + i w C) X = f.
+
+So a coordinate swings with the amplitude |X_i|, and lags behind the force by the phase -arg X_i. Where i w is
+a rate of the free motion, as that of an oscillator without damping, the response grows as t sin(w t) instead.
+Source: J. R. Taylor, Classical Mechanics, sections 5.5 and 5.6.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.expressions import Expr, total
+from rigidcli.algebra.arithmetic import inequality, sign, sqrt
+from rigidcli.algebra.atoms import Applied
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, total
+from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
+from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.small_oscillations import LinearMotion, Root, spectrum
-from rigidcli.report import Field
+from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.studies.results import field_of
+from rigidcli.studies.results import celled, field_of
 
+# The most coordinates whose response is written in letters: determinants of more fill a page.
+MOST_IN_LETTERS = 3
+# A rate of the free motion this near to that of the force, in units of it, is the same.
+IN_RESONANCE = 1e-9
 # The widest matrix that people are shown: a terminal has room for no more.
 MOST_COLUMNS = 8
 # The keys of the results that follow from the matrix of linear equations.
@@ -120,3 +142,322 @@ def _drifts(matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr]) -> bool:
     """
     left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
     return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
+
+
+# --- the steady response
+
+Quantity: TypeAlias = Expr | float | None
+"""A result in letters or as a number; None where there is none."""
+
+
+class DrivingForce(NamedTuple):
+    """Forces f (n) times a `function`: cos or sin of w t + a, or 1 for constant forces, where w = 0."""
+
+    function: Expr
+    rate: Expr
+    amplitudes: list[Expr]
+
+
+class CoordinateResponse(NamedTuple):
+    """The amplitude of a coordinate and its phase (rad); or how much the amplitude grows a second."""
+
+    amplitude: Quantity = None
+    phase: Quantity = None
+    growth: Quantity = None
+
+
+class Response(NamedTuple):
+    """The steady response of each coordinate to a force.
+
+    `matrix` is K - w^2 M + i w C, its real and its imaginary part. The amplitude of a single coordinate is
+    largest at the `peak`: the rate of the force, and that amplitude, which is None without damping.
+    """
+
+    force: DrivingForce
+    rate: Quantity
+    matrix: tuple[Matrix, Matrix]
+    swings: dict[str, CoordinateResponse]
+    peak: tuple[Quantity, Quantity] | None = None
+
+    @property
+    def written(self) -> str:
+        """The function of the force as people read it."""
+        return "a constant force" if self.force.rate.is_zero else reading(self.force.function.tree())
+
+
+class Driven(NamedTuple):
+    """The responses of a system to its forces, and the quality factor of a single damped coordinate.
+
+    The free motion beside them `grows`, if that is known; `trouble` says why there are no responses.
+    """
+
+    responses: tuple[Response, ...]
+    quality: Quantity
+    motion: LinearMotion
+    grows: bool = False
+    trouble: str = ""
+
+    @property
+    def is_single(self) -> bool:
+        """Whether one coordinate responds to one force."""
+        return len(self.responses) == 1 and len(self.motion.masses) == 1
+
+    def notes(self) -> Iterator[str]:
+        """What is not written in symbols, what holds for some of their values only, and motion that grows."""
+        if self.trouble:
+            yield f"the response to driving forces is not worked out: {self.trouble}"
+        if self.grows and self.responses:
+            yield "the free motion grows, and leaves the response to the force"
+        for place, one in enumerate(self.responses):
+            if all(swing.amplitude is None and swing.growth is None for swing in one.swings.values()):
+                yield (
+                    f"the response X to {one.written} is not written in letters: `response.{place}.matrix` "
+                    "times X is the force; with values for all parameters it is given in numbers"
+                )
+            if one.peak is not None and isinstance(one.peak[0], Expr) and one.peak[1] is not None:
+                yield f"the driven amplitude has a largest value where {inequality(one.peak[0] ** 2)}"
+
+    def fields(self) -> list[Field]:
+        """Report the responses as JSON has them, with cells for CSV; people see rows or a table."""
+        records = [_record(one) for one in self.responses]
+        shown = [Field("response", records)] if records else []
+        for place, one in enumerate(self.responses):
+            parts = (
+                ("amplitude", "driven amplitude", "A", ""),
+                ("phase", f"phase behind {one.written}", r"\delta", "rad"),
+                ("growth", "driven amplitude grows a second by", r"\dot A", ""),
+            )
+            for key, title, symbol, unit in parts:
+                for q, swing in one.swings.items():
+                    value = getattr(swing, key)
+                    entry = celled(f"response.{place}.{key}.{q}", value, "", f"{symbol}_{{{latex_name(q)}}}")
+                    entry.key, entry.unit = "", unit if isinstance(value, float) else ""
+                    entry.title = title if self.is_single and value is not None else ""
+                    shown.append(entry)
+        if self.is_single and self.responses[0].peak is not None:
+            rate, largest = self.responses[0].peak
+            unit = "rad/s" if isinstance(rate, float) else ""
+            shown.append(Field("", rate, "largest driven amplitude at", r"\omega_{\text{res}}", unit))
+            if largest is not None:
+                shown.append(Field("", largest, "largest driven amplitude", r"A_{\text{res}}"))
+        if self.quality is not None:
+            shown.append(field_of("hamilton", "quality", self.quality))
+        return shown
+
+    def tables(self) -> list[Table]:
+        """A table of the responses where there are several forces or coordinates."""
+        rows = [(one.written, q, swing) for one in self.responses for q, swing in one.swings.items()]
+        if self.is_single or not rows:
+            return []
+        forces, coordinates, swings = zip(*rows, strict=True)
+        heads = ("force", "coordinate", "amplitude", "phase (rad)", "growth a second")
+        keys, values = ("force", "coordinate", *CoordinateResponse._fields), zip(*swings, strict=True)
+        shown = zip(keys, (forces, coordinates, *values), heads, strict=True)
+        columns = [Column(key, list(x), (head,)) for key, x, head in shown]
+        if all(growth is None for growth in columns[-1].values):
+            columns.pop()
+        return [Table("", "steady response", tuple(columns), records=True)]
+
+    def steps(self) -> Iterator[Step]:
+        """Lead to the amplitudes and phases."""
+        for one in self.responses:
+            given = (
+                (one.matrix[0], "K - w^2 M", r"K - \omega^2 M"),
+                (one.matrix[1], "w C", r"\omega C"),
+                (one.force.amplitudes, "f", r"\mathbf{f}"),
+            )
+            shown = [Field("", np.array(part, dtype=object), title, symbol) for part, title, symbol in given]
+            for q, swing in one.swings.items():
+                shown.append(Field("", swing.amplitude, f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
+                shown.append(Field("", swing.phase, f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
+            yield Step(
+                f"Response to {one.written}",
+                "The motion that stays is q = Re(X exp(i w t)). In M qddot + C qdot + K q = f cos(w t) it "
+                "gives (K - w^2 M + i w C) X = f. The amplitude is |X|, and q lags behind by -arg X.",
+                tuple(entry for entry in shown if entry.value is not None),
+            )
+
+
+def driven(document: Document, derivation: Derivation) -> Driven | None:
+    """The steady response of a system; None where it is not linear, or neither driven nor damped."""
+    if derivation.linear is None:
+        return None
+    matrix, offset = derivation.linear
+    is_driven = any(TIME in e.names for e in offset)
+    is_damped = len(offset) == 2 and not is_zero(matrix[0][0] + matrix[1][1])
+    if not (is_driven or is_damped) or any(TIME in e.names or e.unknown for row in matrix for e in row):
+        return None
+    motion = LinearMotion.of_matrix(matrix)
+    try:
+        forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
+        if forces is None:
+            return None
+        names = derivation.phase.coordinates
+        found = [_response(document, names, motion, force) for force in forces if is_driven]
+        (m,), (c,), (k,) = (row[0][:1] for row in motion.parts)
+        has_quality = is_damped and sign(c) == 1 and sign(k) == 1
+        quality = _value(document, tidy(sqrt(k * m) / c)) if has_quality else None
+        responses = tuple(one for one in found if one is not None)
+        return Driven(responses, quality, motion, _grows(motion, known_values(document)))
+    except ExpressionError as error:
+        return Driven((), None, motion, trouble=error.message)
+
+
+def _grows(motion: LinearMotion, values: Mapping[str, Expr]) -> bool:
+    """Whether the free motion is known to grow exponentially."""
+    if any(not e.names <= values.keys() for e in motion.entries):
+        return False
+    m, c, k = (_numbers(part, values) for part in motion.parts)
+    rates = np.linalg.eigvals(_first_order(m, c, k))
+    return bool(rates.real.max() > IN_RESONANCE * np.abs(rates).max())
+
+
+def _numbers(matrix: Matrix, values: Mapping[str, Expr]) -> Floats:
+    return np.array([[float(substitute(e, values)) for e in row] for row in matrix])
+
+
+def _first_order(m: Floats, c: Floats, k: Floats) -> Floats:
+    """The matrix A of z' = A z, where z has the coordinates and the velocities."""
+    size = len(m)
+    upper = np.hstack([np.zeros((size, size)), np.eye(size)])
+    return np.vstack([upper, -np.linalg.solve(m, np.hstack([k, c]))])
+
+
+def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce] | None:
+    """The forces f of M q'' + C q' + K q = f; None where one is no sine or cosine of w t + a."""
+    # With q' = A q + B p + a and p' = D q + E p + b they are f = b + M a' - E M a.
+    size = len(offset) // 2
+    a, b = offset[:size], offset[size:]
+    moved = [total(m * e for m, e in zip(row, a, strict=True)) for row in motion.masses]
+    found: dict[Expr, DrivingForce] = {}
+    for place in range(size):
+        lost = total(e * p for e, p in zip(matrix[size + place][size:], moved, strict=True))
+        for monomial, factor in expand(b[place] + derivative(moved[place], TIME) - lost).terms.items():
+            timed = [(atom, power) for atom, power in monomial if TIME in atom.names]
+            function, rate = ONE, ZERO
+            if timed:
+                atom, power = timed[0]
+                if len(timed) > 1 or power != 1 or not isinstance(atom, Applied):
+                    return None
+                function, rate = atomic(atom), derivative(atom.arguments[0], TIME)
+                if atom.function not in ("sin", "cos") or TIME in rate.names:
+                    return None
+            force = found.setdefault(function, DrivingForce(function, rate, [ZERO] * size))
+            kept = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
+            force.amplitudes[place] += Expr({kept: factor})
+    # Constant forces come last.
+    return sorted(found.values(), key=lambda force: force.function == ONE)
+
+
+def _value(document: Document, e: Expr) -> Quantity:
+    """A result with the values of the parameters put in; in letters where they have none."""
+    if document.exact_results:
+        return e
+    e = substitute(e, known_values(document))
+    return e if e.names else float(e)
+
+
+def _response(
+    document: Document, names: Sequence[str], motion: LinearMotion, force: DrivingForce
+) -> Response | None:
+    """The response to a force; None where a constant force has none."""
+    w, known = force.rate, known_values(document)
+    real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
+    imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
+    entries = (*motion.entries, w, *force.amplitudes)
+    swings = dict.fromkeys(names, CoordinateResponse())
+    if not document.exact_results and all(e.names <= known.keys() for e in entries):
+        swings = _in_numbers(names, motion, force, known)
+    elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
+        # The amplitude grows by F/(2 m w) a second.
+        grown = abs(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
+        swings = {names[0]: CoordinateResponse(growth=_value(document, tidy(grown)))}
+    elif len(names) == 1 and not is_zero(imaginary[0][0]):
+        swings = {names[0]: _with_damping(document, motion, force, (real[0][0], imaginary[0][0]))}
+    elif len(names) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
+        swings |= zip(names, _without_damping(document, real, force), strict=False)
+    rate = _value(document, w)
+    if not rate and all(swing.amplitude is None for swing in swings.values()):
+        return None
+    peak = _peak(document, motion, force) if len(names) == 1 else None
+    return Response(force, rate, (real, imaginary), swings, peak)
+
+
+def _with_damping(
+    document: Document, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
+) -> CoordinateResponse:
+    """The amplitude f/sqrt(a^2 + b^2) and the phase atan2(b, a) of one coordinate: (a + i b) X = f."""
+    (f,), (a, b) = force.amplitudes, pencil
+    # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
+    scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, motion.masses[0][0])]
+    amplitude = shortest([abs(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
+    lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
+    # A negative force is half a turn behind.
+    phase = tidy(lag + PI * (1 - apply("sign", f)) / 2)
+    return CoordinateResponse(_value(document, amplitude), _value(document, phase))
+
+
+def _without_damping(document: Document, real: Matrix, force: DrivingForce) -> Iterator[CoordinateResponse]:
+    """Amplitudes |X| and phases, which are 0 or pi, where X = (K - w^2 M)^-1 f is real."""
+    inverse, whole = matrices.inverse(real), matrices.determinant(real)
+    for row in inverse or ():
+        answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
+        side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
+        yield CoordinateResponse(_value(document, abs(tidy(answer))), _value(document, PI * (1 - side) / 2))
+
+
+def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
+    """The rate of the force with the largest amplitude, sqrt(k/m - c^2/(2 m^2)), and that amplitude."""
+    (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
+    squared = tidy(k / m) - c**2 / (2 * m**2)
+    known = {} if document.exact_results else known_values(document)
+    there, damping = substitute(squared, known), substitute(c, known)
+    # A force whose size depends on its rate, as that of an unbalanced wheel, has another peak.
+    is_fixed = f.names.isdisjoint(force.rate.names) and not force.rate.is_zero
+    if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1) or sign(damping) == -1:
+        return None
+    rate = _value(document, apply("sqrt", squared))
+    if is_zero(damping):
+        return rate, None
+    return rate, _value(document, abs(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))))
+
+
+def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:
+    """M, C, K (n by n each) and f (n) for these values of the parameters."""
+    m, c, k = (_numbers(part, values) for part in motion.parts)
+    return m, c, k, _numbers([force.amplitudes], values)[0]
+
+
+def _in_numbers(
+    names: Sequence[str], motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]
+) -> dict[str, CoordinateResponse]:
+    """Amplitudes and phases, and growth by the modes that have the rate of the force."""
+    m, c, k, f = in_numbers(motion, force, values)
+    w, size = float(substitute(force.rate, values)), len(names)
+    rates, vectors = np.linalg.eig(_first_order(m, c, k))
+    g = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
+    near = np.abs(rates - 1j * w) <= IN_RESONANCE * max(abs(w), EPS * np.abs(rates).max())
+    if not near.any():
+        grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f.astype(complex))
+    elif np.linalg.cond(vectors) * EPS > IN_RESONANCE:
+        grown, answer = np.full(size, np.nan), np.full(size, np.nan + 0j)
+    else:
+        shares: NDArray[np.complex128] = np.linalg.solve(vectors, g)
+        grown = np.abs(vectors[:, near] @ shares[near])[:size]
+        answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
+    grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
+    lags, swings = -np.angle(answer) + 0.0, dict[str, CoordinateResponse]()
+    for q, x, lag, rate, up in zip(names, np.abs(answer), lags, grown, grows, strict=True):
+        growth = float(rate) if np.isfinite(rate) else None
+        swings[q] = CoordinateResponse(growth=growth) if up else CoordinateResponse(float(x), float(lag))
+    return swings
+
+
+def _record(one: Response) -> dict[str, Any]:
+    parts = {
+        key: {q: getattr(swing, key) for q, swing in one.swings.items()} for key in CoordinateResponse._fields
+    }
+    re, im = ([list(row) for row in part] for part in one.matrix)
+    peak = None if one.peak is None else dict(zip(("rate", "amplitude"), one.peak, strict=True))
+    about = {"force": one.force.function, "rate": one.rate}
+    return {**about, **parts, "peak": peak, "matrix": {"re": re, "im": im}}

@@ -23,6 +23,7 @@ from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.hamilton import orbit_table
 from rigidcli.studies.hamilton.equations_of_motion import values_of_terms
+from rigidcli.studies.hamilton.linear_equations import in_numbers
 from rigidcli.studies.hamilton.orbit import OrbitSolution, curve
 from rigidcli.studies.hamilton.system import known_values
 
@@ -171,8 +172,6 @@ def resonance(findings: Findings) -> Picture:
     found, names = findings.driven, findings.derivation.phase.coordinates
     if found is None or not found.responses or found.responses[0].force.rate.is_zero:
         raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
-    from rigidcli.studies.hamilton.driven import in_numbers
-
     force = found.responses[0].force
     values = _values(findings.document, (*found.motion.entries, force.rate, *force.amplitudes))
     m, c, k, f = in_numbers(found.motion, force, values)
