@@ -113,29 +113,26 @@ class Observed(NamedTuple):
         shown = list[Field]()
         for one in self.observables if rates is not None else ():
             size = len(phase.coordinates)
-            pairs = [*zip(phase.names, rates or (), strict=True)]
-            moved = [
-                total(derivative(one.function, x) * f for x, f in part)
-                for part in (pairs[:size], pairs[size:])
+            terms_of_rate = [
+                derivative(one.function, x) * f for x, f in zip(phase.names, rates or (), strict=True)
             ]
-            parts = [moved[0], moved[1], derivative(one.function, TIME)]
+            moved = (terms_of_rate[:size], terms_of_rate[size:])
+            parts = [*map(total, moved), derivative(one.function, TIME)]
             titles = ("sum of df/dq qdot", "sum of df/dp pdot", "partial df/dt")
             shown.append(Field("", one.function, one.name, latex_name(one.name)))
             shown += [Field("", tidy(e), title) for title, e in zip(titles, parts, strict=True) if e]
             if one.rate is not None:
                 shown.append(Field("", one.rate, f"d{one.name}/dt", rf"\dot{{{latex_name(one.name)}}}"))
+        sentence = (
+            "Along the motion, f changes by the sum of df/dq qdot + df/dp pdot, which is its bracket "
+            "with H where there are no forces, and by df/dt."
+        )
         if shown:
-            yield Step(
-                "Rates of the observables",
-                "Along the motion, f changes by the sum of df/dq qdot + df/dp pdot, which is its bracket "
-                "with H where there are no forces, and by df/dt.",
-                tuple(shown),
-            )
+            yield Step("Rates of the observables", sentence, tuple(shown))
         shown = []
         for (first, second), value, name in self.brackets:
             if value is not None:
-                title = f"{{{first}, {second}}}"
-                shown.append(Field("", value, title))
+                shown.append(Field("", value, f"{{{first}, {second}}}"))
                 shown += [] if name is None or name == value else [Field("", name, "which is")]
         if shown:
             sentence = "The bracket {A, B} is the sum of dA/dq dB/dp - dA/dp dB/dq."
@@ -243,11 +240,10 @@ def _moving(derivation: Derivation) -> set[str]:
 def _vanishes_on_constraints(rate: Expr, derivation: Derivation, values: Mapping[str, Expr]) -> bool:
     """Whether a function vanishes at random states that obey the constraints, for these parameters."""
     equations = symbolic_equations(derivation)
-    moving, limits = {TIME, *equations.names}, derivation.system.constraints
+    limits = derivation.system.constraints
+    moving = {TIME, *equations.names, *(one.name for one in limits)} | _moving(derivation)
     used = frozenset[str]().union(rate.names, *(one.rate.names | one.expression.names for one in limits))
-    letters = sorted(
-        (used | derivation.generator.names) - moving - _moving(derivation) - {o.name for o in limits}
-    )
+    letters = sorted((used | derivation.generator.names) - moving)
     points = sampled([symbol(name) for name in (*letters, TIME, *equations.names)], {}, 3)
     assert points is not None
     for point in points:

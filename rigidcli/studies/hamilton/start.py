@@ -122,9 +122,8 @@ def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
     try:
         return np.asarray(np.linalg.solve(values[size:].reshape(size, size), v - values[:size]))
     except np.linalg.LinAlgError:
-        raise ComputationError(
-            "the momenta do not follow from the velocities there: dH/dp is degenerate"
-        ) from None
+        message = "the momenta do not follow from the velocities there: dH/dp is degenerate"
+        raise ComputationError(message) from None
 
 
 def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
@@ -227,10 +226,8 @@ def _require_independent(bounds: Keeper, start: Floats) -> None:
     sizes = np.abs(rows).max(axis=1)
     rank = int(np.linalg.matrix_rank(rows / np.where(sizes, sizes, 1.0)[:, None], tol=DEPENDENT_SLOPES))
     if rank < len(limits):
-        empty = [one.name for one, size in zip(limits, sizes, strict=True) if not size]
-        why = (
-            f"`{empty[0]}` has no slope there" if empty else f"their slopes have rank {rank} of {len(limits)}"
-        )
+        empty = next((one.name for one, size in zip(limits, sizes, strict=True) if not size), None)
+        why = f"`{empty}` has no slope there" if empty else f"their slopes have rank {rank} of {len(limits)}"
         raise ComputationError(
             f"the forces of the constraints have no one value at the start: {why}",
             hint="start elsewhere, or write a constraint that changes in the first order, as x and not x**2",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations, islice
 from typing import Any, NamedTuple, cast
@@ -62,9 +63,8 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         way = f"The velocities are the rates of the positions, T is the sum of m v^2/2{turns}, and "
         sentence = f"{way if system.particles else ''}L = T - V."
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
-    constrained = (
-        [entry for entry in fields if entry.key.startswith(OF_CONSTRAINTS)] if system.constraints else []
-    )
+    of_constraints = OF_CONSTRAINTS if system.constraints else ()
+    constrained = [entry for entry in fields if entry.key.startswith(of_constraints)]
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
         if part.title == "Matrix form" and constrained:
             yield from constraints.steps(derivation, list(map(_titled, constrained)))
@@ -230,15 +230,9 @@ def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
     pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
     first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
     second = tidy(total(derivative(e, p) * derivative(h, q) for q, p in pairs))
-    return Step(
-        f"{name} is conserved",
-        "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal.",
-        (
-            Field("", e, "f", "f"),
-            Field("", first, "sum of df/dq dH/dp"),
-            Field("", second, "sum of df/dp dH/dq"),
-        ),
-    )
+    sentence = "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal."
+    sums = Field("", first, "sum of df/dq dH/dp"), Field("", second, "sum of df/dp dH/dq")
+    return Step(f"{name} is conserved", sentence, (Field("", e, "f", "f"), *sums))
 
 
 def _belongs(entry: Field, part: _Part) -> bool:
@@ -258,9 +252,6 @@ def _titled(entry: Field) -> Field:
         return replace(entry, key="", cells={})
     name = entry.key.rpartition(".")[2]
     return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))
-
-
-_MOVING = " The change depends on the time: what makes the new variables move at fixed old ones is added."
 
 
 def _of_transform(
@@ -300,17 +291,15 @@ def _of_transform(
             tuple(shown),
         )
     if transform.hamiltonian is not None:
-        yield Step(
-            "Hamiltonian in the new variables",
-            "The old variables are put into H as functions of the new ones."
-            + _MOVING * any(TIME in e.names for e in values.values())
-            + " The derivatives of the new H are the new equations.",
-            tuple(
-                _titled(entry)
-                for entry in fields
-                if entry.key.startswith(("transform.hamiltonian", "transform.equations."))
-            ),
+        timed = (
+            " The change depends on the time: what makes the new variables move at fixed old ones is added."
         )
+        sentence = "The old variables are put into H as functions of the new ones."
+        sentence += timed if any(TIME in e.names for e in values.values()) else ""
+        sentence += " The derivatives of the new H are the new equations."
+        keys = ("transform.hamiltonian", "transform.equations.")
+        shown = [_titled(entry) for entry in fields if entry.key.startswith(keys)]
+        yield Step("Hamiltonian in the new variables", sentence, tuple(shown))
 
 
 # What follows from each type of generating function.
@@ -424,11 +413,10 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     """Write the determinant as a polynomial in one name."""
-    try:
+    by_degree = None
+    with suppress(ExpressionError):
         determinant = tidy(short_determinant(matrix))
         by_degree = coefficients(determinant, [unknown])
-    except ExpressionError:
-        return
     if by_degree is None:
         return
     x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(by_degree.items(), reverse=True)}
@@ -436,8 +424,6 @@ def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, he
     if n.exact and len(str(determinant)) > LONGEST_FORMULA:
         return
     (styled,) = as_typed([Field("", list(values.values()))], document)
-    by_power = zip(values, styled.value, strict=True)
-    polynomial = writing.total(
-        [writing.product(n, e if n.exact else float(e), writing.power(x, k)) for k, e in by_power]
-    )
+    by_power = zip(values, styled.value if n.exact else map(float, styled.value), strict=True)
+    polynomial = writing.total(writing.product(n, e, writing.power(x, k)) for k, e in by_power)
     yield Field("", writing.formula(polynomial, n), title, head)

@@ -103,9 +103,8 @@ def _constraints(document: Document, system: System, read: _Read) -> tuple[Const
             problems.append(document.problem(message, key, hint=error.hint))
     if len(equations) > len(rates):
         message = f"{len(equations)} constraints, expected at most {len(rates)}: one for each coordinate"
-        problems.append(
-            document.problem(message, "system.constraints", hint="leave out what follows from others")
-        )
+        hint = "leave out what follows from others"
+        problems.append(document.problem(message, "system.constraints", hint=hint))
     elif not problems and (place := first_dependent(found)) is not None:
         equation = equations[found[place].name]
         before = f"the {place} before it" if place > 1 else "the one before it"
@@ -144,12 +143,9 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
 def require_formulas(document: Document, expressions: Iterable[Expr], what: str) -> None:
     """Raise DocumentError where there is an unknown function in expressions; `what` needs its formula."""
     names = sorted(frozenset[str]().union(*(e.unknown for e in expressions)))
+    missing = ((f"{what} needs a formula for `{name}`", f"system.functions.{name}") for name in names)
     if names:
-        problems = [
-            document.problem(f"{what} needs a formula for `{name}`", f"system.functions.{name}")
-            for name in names
-        ]
-        raise DocumentError(problems)
+        raise DocumentError([document.problem(message, key) for message, key in missing])
 
 
 def derived_parameters(document: Document) -> dict[str, Expr]:
@@ -205,8 +201,7 @@ def _from_particles(
         ]
     velocities = dict(zip(system.coordinates, system.velocities, strict=True))
     reason = "the positions follow from the coordinates without the time"
-    if driven:
-        reason = f"the time is in the position {driven[0]}"
+    reason = f"the time is in the position {driven[0]}" if driven else reason
     return tuple(particles), kinetic(particles, velocities), total(potentials), not driven, reason
 
 
