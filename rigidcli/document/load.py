@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from decimal import Decimal
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -32,6 +33,7 @@ from rigidcli.errors import (
     shown,
 )
 from rigidcli.fields.environment import BoundExpression, Environment, arithmetic_for
+from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 
@@ -300,7 +302,11 @@ def _validated(
     if problems:
         raise _refusal(draft, problems)
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
-        env.log.note(*document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"]))
+        for name, value in draft.tree["orbit"]["initial"].items():
+            is_bare = name in document.system.angles and isinstance(value, int | float | Decimal)
+            if is_bare and abs(value) > FULL_TURN:
+                place = f"`orbit.initial.{name}` of {value} rad"
+                env.log.note(f"{place} is beyond a full turn; {value} deg meant?")
     env.log.note(*(f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())))
     return document
 

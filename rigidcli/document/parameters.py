@@ -95,6 +95,19 @@ def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[s
     return spelling, problems
 
 
+def read_list(raw: Iterable[object], read: Callable[[Any, int], _T], what: str) -> list[_T]:
+    """The entries of a list, each read by a function of the entry and its place.
+
+    Raises ValidationError with the problems of all entries, which are `what`.
+    """
+    values, problems = list[_T](), list[ValueProblem]()
+    for place, entry in enumerate(raw):
+        with gathered(problems, place):
+            values.append(read(entry, place))
+    refuse(what, problems)
+    return values
+
+
 def read_mapping(
     raw: object,
     read: Callable[[str, Any], _T],

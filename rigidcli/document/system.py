@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
@@ -14,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, Va
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.document.parameters import read_mapping, read_name
+from rigidcli.document.parameters import read_list, read_mapping, read_name
 from rigidcli.document.phase_space import (
     EXPRESSION_SCHEMA,
     EXPRESSIONS_SCHEMA,
@@ -30,11 +29,11 @@ from rigidcli.document.phase_space import (
     velocity,
 )
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
-from rigidcli.errors import ValueProblem, gathered, shown, with_article
+from rigidcli.errors import ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, POWER, Dimension
 from rigidcli.fields.environment import LONGEST_LIST, Environment
-from rigidcli.fields.quantities import FULL_TURN, AsList, worked_out
-from rigidcli.fields.section import SHARED_SCHEMA, ReadBy, Reader, Section, environment, optional, refuse
+from rigidcli.fields.quantities import AsList, worked_out
+from rigidcli.fields.section import SHARED_SCHEMA, ReadBy, Reader, Section, environment, optional
 from rigidcli.fields.words import variable_called, with_colon
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
@@ -115,26 +114,24 @@ class Equation(NamedTuple):
 
 def _read_constraints(raw: object, info: ValidationInfo) -> dict[str, Equation]:
     """Constraints by the names of their multipliers, which are lambda1, lambda2 and so on in a list."""
-    listed = [raw] if isinstance(raw, str) else raw
+
+    def read(name: str, typed: object, place: str | int) -> Equation:
+        take(environment(info), {name: MULTIPLIER})
+        hint = "write the equation that holds while they touch; `orbit.until` may end the motion"
+        equation = read_equation(typed, lambda side: _CONSTRAINT.read(side, info), "an equation", hint)
+        return Equation(place, equation)
+
+    if isinstance(raw, str):
+        return {"lambda1": read("lambda1", raw, 0)}
     example = "[x**2 + y**2 - l**2], or {tension: r - l} with a name for its multiplier"
-    if not isinstance(listed, list | tuple | Mapping):
+    if not isinstance(raw, list | tuple | Mapping):
         raise ValueProblem(f"read {shown(raw)}, expected constraints, such as {example}")
-    if not 1 <= len(listed) <= MOST_COORDINATES:
-        raise ValueProblem(f"read {len(listed)} entries, expected 1 to {MOST_COORDINATES} constraints")
-    if not isinstance(listed, Mapping):
-        equations, problems = dict[str, Equation](), list[ValueProblem]()
-        for place, entry in enumerate(listed):
-            with gathered(problems, *([] if isinstance(raw, str) else [place])):
-                equations[f"lambda{place + 1}"] = _equation(f"lambda{place + 1}", entry, info, place)
-        refuse("constraints", problems)
-        return equations
-    return read_mapping(raw, lambda name, entry: _equation(name, entry, info, name), example=example)
-
-
-def _equation(name: str, raw: object, info: ValidationInfo, place: str | int) -> Equation:
-    take(environment(info), {name: MULTIPLIER})
-    hint = "write the equation that holds while they touch; `orbit.until` may end the motion"
-    return Equation(place, read_equation(raw, lambda side: _CONSTRAINT.read(side, info), "an equation", hint))
+    if not 1 <= len(raw) <= MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} entries, expected 1 to {MOST_COORDINATES} constraints")
+    if isinstance(raw, Mapping):
+        return read_mapping(raw, lambda name, typed: read(name, typed, name), example=example)
+    numbered = read_list(raw, lambda typed, place: read(f"lambda{place + 1}", typed, place), "constraints")
+    return {f"lambda{place}": equation for place, equation in enumerate(numbered, start=1)}
 
 
 _CONSTRAINT = SystemExpression(None, ("velocities",))
@@ -160,10 +157,10 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
         return slopes[name]
 
     def twice(spelling: Mapping[str, str]) -> Iterator[ValueProblem]:
-        for name in spelling:
+        for name, key in spelling.items():
             if name in slopes and (base := slopes[name].base) != name:
                 message = f"`{name}` is the derivative of `{base}`, expected another name"
-                yield ValueProblem(message, path=(spelling[name],))
+                yield ValueProblem(message, path=(key,))
 
     functions = read_mapping(raw, read, example="{V: [x]}", besides=twice)
     env.names.functions = slopes
@@ -247,6 +244,10 @@ class Particle(Section):
 Particles: TypeAlias = Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)]
 
 
+# A sine, cosine or tangent without another function in it, and its argument.
+_IN_TURNS = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
+
+
 class System(Section):
     """A system in generalized coordinates. The velocity of x is xdot, its momentum p_x, the time t.
 
@@ -279,12 +280,16 @@ class System(Section):
         "Equations between coordinates and t, or linear in the velocities, by the names of their multipliers"
     )
 
-    def expressions(self) -> list[Expression]:
-        """The expressions that make the system."""
-        whole = (self.lagrangian, self.kinetic, self.potential, self.hamiltonian)
-        parts = [part for each in self.particles or () for part in (*(each.position or ()), each.potential)]
-        parts += [equation.expression for equation in (self.constraints or {}).values()]
-        return [expression for expression in (*whole, *parts) if expression is not None]
+    @property
+    def angles(self) -> set[str]:
+        """The coordinates that stand alone, without a parameter, in a sine, cosine or tangent."""
+        expressions = [self.lagrangian, self.kinetic, self.potential, self.hamiltonian]
+        for particle in self.particles or ():
+            expressions += [*(particle.position or ()), particle.potential]
+        expressions += [equation.expression for equation in (self.constraints or {}).values()]
+        arguments = _IN_TURNS.findall(" ".join(each.text for each in expressions if each is not None))
+        names = [{*re.findall(r"[^\W\d]\w*", argument)} - {"pi"} for argument in arguments]
+        return set[str]().union(*(alone for alone in names if alone <= {*self.coordinates}))
 
     @property
     def velocities(self) -> tuple[str, ...]:
@@ -318,6 +323,11 @@ class System(Section):
 # --- the orbit
 
 
+def _initial_names(env: Environment) -> list[str]:
+    coordinates = env.names.coordinates or ()
+    return [*coordinates, *map(momentum, coordinates), *map(velocity, coordinates)]
+
+
 def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
     env = environment(info)
     names = env.names.coordinates or ()
@@ -325,7 +335,7 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
         raw,
         lambda name, value: env.read(value, None),
         example="{x: 1, p_x: 0}",
-        names=[*names, *map(momentum, names), *map(velocity, names)] or None,
+        names=_initial_names(env) or None,
         needed=names,
         besides=lambda given: _missing(given, names),
     )
@@ -341,9 +351,8 @@ def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator
     elif coordinates and not any(read):
         yield ValueProblem(f"no momenta and no velocities, {expected}")
     else:
-        for name in momenta if read[0] else velocities:
-            if name not in given:
-                yield ValueProblem("missing", path=(name,))
+        lacking = [name for name in (momenta if read[0] else velocities) if name not in given]
+        yield from (ValueProblem("missing", path=(name,)) for name in lacking)
 
 
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
@@ -396,10 +405,6 @@ SectionTyped = Annotated[
 """A section, or what passes zero alone."""
 
 
-# A sine, cosine or tangent without another function in it, and its argument.
-_OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
-
-
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
@@ -429,35 +434,19 @@ class Orbit(Sampling):
             yield ValueProblem("missing, expected how long the orbit is followed", path=("duration",))
 
     @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
-        problem = super()._unknown(key, raw)
-        if (raw.get("initial") is None or "=" in key) and "known keys" in (problem.hint or ""):
-            pair = with_colon(key) if "=" in key else f"{key}: ..."
-            return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{pair}}}`")
-        return problem
-
-    @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         """The problem of another key; a value at t = 0, such as `x0`, belongs inside `initial`."""
-        names = env.names.coordinates or ()
-        name = variable_called(key, (*names, *map(momentum, names), *map(velocity, names)))
-        if name in (None, key) or raw.get("initial") is not None:
-            return super()._stranger(key, raw, env)
-        return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{name}: {raw[key]}}}`")
-
-    def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:
-        """Notes on angles that start at a bare number beyond a full turn.
-
-        A coordinate counts as an angle where it is the argument of a sine, cosine or tangent, without a
-        parameter beside it.
-        """
-        arguments = _OF_ANGLES.findall(" ".join(expression.text for expression in system.expressions()))
-        names = [set(re.findall(r"[^\W\d]\w*", argument)) - {"pi"} for argument in arguments]
-        angles = set[str]().union(*(alone for alone in names if alone <= {*system.coordinates}))
-        for name, value in typed.items():
-            is_bare = isinstance(value, int | float | Decimal) and not isinstance(value, bool)
-            if name in angles and is_bare and abs(value) > FULL_TURN:
-                yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
+        problem, name = super()._stranger(key, raw, env), variable_called(key, _initial_names(env))
+        is_unknown = "known keys" in (problem.hint or "")
+        if name not in (None, key) and raw.get("initial") is None:
+            pair = f"{name}: {raw[key]}"
+        elif is_unknown and "=" in key:
+            pair = str(with_colon(key))
+        elif is_unknown and raw.get("initial") is None:
+            pair = f"{key}: ..."
+        else:
+            return problem
+        return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{pair}}}`")
 
     @property
     def events(self) -> dict[str, Expression]:
