@@ -3,7 +3,7 @@
     sum      = product (("+" | "-") product)*
     product  = factor (["*" | "/"] factor)*
     factor   = ("-" | "+") factor | atom ["**" exponent | superscript]
-    atom     = number ["deg"] | word | function argument | "(" sum ")" | "|" sum "|" | root operand
+    atom     = number ["deg"] | word | function argument | "(" sum ")" | "|" sum "|"
     argument = "(" sum ("," sum)* ")" | operand
 
 Where neither `*` nor `/` stands between two factors, they are multiplied: `2 m g x`, `2(x + 1)`. A word is a
@@ -19,23 +19,12 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
-from functools import cache
 from itertools import product
 
-from rigidcli.errors import ExpressionError, nearest
+from rigidcli.errors import ExpressionError, nearest, shortened
 from rigidcli.language import tree
 from rigidcli.language.tokens import Token, tokenize
-from rigidcli.language.words import (
-    ALIASES,
-    CALLED,
-    CONSTANTS,
-    DEFINED,
-    FUNCTIONS,
-    PROGRAMS,
-    SHORT,
-    Words,
-    unknown,
-)
+from rigidcli.language.words import ALIASES, CALLED, CONSTANTS, DEFINED, FUNCTIONS, SHORT, Words, unknown
 
 NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""
@@ -46,12 +35,15 @@ MAX_DEPTH = 100
 MOST_READINGS, MOST_WAYS = 8, 32
 """The most readings of one text, and the most ways in which it is read to find them."""
 
+MOST_AHEAD = 6
+"""How many tokens are looked at in one go: behind the end come so many more ends."""
+
 RATE = "Ddt"
 """The name of d/dt before a bracket, whose derivative by the time is for others to work out."""
 
 _CLOSING = {"(": ")", "|": "|"}
 _SHOWN = 24
-"""The most characters of a name that a message repeats."""
+"""The most characters of a piece that a message repeats."""
 
 _DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
@@ -79,14 +71,12 @@ OTHER_WAYS = (None, FIRST, RUN, ALL)
 """How far operands reach in the readings of a text: as is usual in each place, or alike in all."""
 
 
-def read(
-    source: str, functions: Mapping[str, tree.UnknownFunction] = NO_FUNCTIONS
-) -> tuple[tree.Node, frozenset[str]]:
-    """The most usual tree of a text, and the names in it; it may call `functions` without a formula, too.
+def read(source: str) -> tuple[tree.Node, frozenset[str]]:
+    """The most usual tree of a text, and the names in it.
 
     Raises ExpressionError: the text is not in the language, with the column where it stops being so.
     """
-    root = of_tokens(tokenize(source), functions, None)[0]
+    root = of_tokens(tokenize(source), NO_FUNCTIONS, None)[0]
     return root, frozenset(tree.names_in(root))
 
 
@@ -133,46 +123,37 @@ class _Grammar:
         words: Words | None,
         way: Mapping[str, int],
     ) -> None:
-        self.tokens = list(tokens)
+        self.tokens = [*tokens, *[tokens[-1]] * MOST_AHEAD]
         self.index = 0
         self.token = self.tokens[0]
-        self.depth = 0
+        self.depth = -1  # of what stands in no bracket it is 0
         self.functions = functions
         self.words = words
         self.way = way
         self.places: dict[str, int] = {}
         self.barred = [False]
         self.is_open = words is None or words.is_open
+        self.has_euler = not self.is_open and self.meaning("e") is None
+        """Whether e is the number, and no letter of the question."""
 
-    def advance(self, count: int = 1) -> None:
+    def meaning(self, word: str) -> str | None:
+        return self.words.meaning(word) if self.words else None
+
+    def advance(self, count: int = 1) -> Token:
+        """Pass tokens, and return the first of them."""
+        passed = self.tokens[self.index]
         self.index += count
         self.token = self.tokens[self.index]
+        return passed
 
-    def passed(self) -> Token:
-        token = self.token
-        self.advance()
-        return token
-
-    def deeper(self) -> None:
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            message = f"nested deeper than {MAX_DEPTH} levels"
-            raise ExpressionError(message, column=self.token.column, code="too_large")
-
-    def descend(self) -> Token:
-        """Pass an opening bracket, a sign or a root: what follows is nested one level deeper."""
-        self.deeper()
-        opening = self.passed()
-        if opening.text in _CLOSING:
-            self.barred.append(opening.text == "|")
-        return opening
+    def ahead(self, count: int) -> list[Token]:
+        return self.tokens[self.index : self.index + count]
 
     def close(self, opening: Token) -> None:
         if self.token.kind == "end":
             raise ExpressionError(f"`{opening.text}` is never closed", column=opening.column)
         if self.token.text != _CLOSING[opening.text]:
             raise self.misplaced()
-        self.depth -= 1
         self.barred.pop()
         self.advance()
 
@@ -196,15 +177,12 @@ class _Grammar:
         return node
 
     def sum(self) -> tree.Node:
-        first = self.product()
-        if self.token.text not in ("+", "-"):
-            return first
-        terms = [first]
-        while (sign := self.token.text) in ("+", "-"):
-            self.advance()
+        terms = [self.product()]
+        while self.token.text in ("+", "-"):
+            sign = self.advance().text
             term = self.product()
             terms.append(term if sign == "+" else tree.Negative(term))
-        return tree.Sum(tuple(terms))
+        return terms[0] if len(terms) == 1 else tree.Sum(tuple(terms))
 
     def product(self, reach: Reach | None = None) -> tree.Node:
         """Factors side by side; those of an operand without brackets end where its `reach` does."""
@@ -231,19 +209,14 @@ class _Grammar:
             if touches and run == len(below):
                 run += len(further)
             below = below + further
-        ends = [len(below)] if is_complete else list(dict.fromkeys([run, 1, len(below)]))
+        ends = list(dict.fromkeys([run, 1, len(below)]))
         end = ends[self.meets("number" if is_fraction else "divisor", len(ends))]
         return [tree.Reciprocal(multiplied(below[:end])), *below[end:]]
 
     def begins_factor(self) -> bool:
         here = self.token
         opens = here.text == "(" or (here.text == "|" and not self.barred[-1])
-        return here.kind in ("name", "root") or opens or self.is_fraction()
-
-    def ahead(self, count: int) -> list[Token]:
-        """The next tokens, the last of them again and again behind the end."""
-        several = self.tokens[self.index : self.index + count]
-        return several + [self.tokens[-1]] * (count - len(several))
+        return here.kind == "name" or opens or self.is_fraction()
 
     def is_fraction(self) -> bool:
         """Whether a fraction of two numbers follows behind a blank, as in `M R^2 2/5`."""
@@ -268,70 +241,63 @@ class _Grammar:
     def is_function(self, token: Token) -> bool:
         """Whether a word begins with the name of a function."""
         word = token.text
-        if token.kind != "name" or (self.words is not None and self.words.meaning(word)):
-            return token.kind == "root"
-        if word in SHORT:
+        if token.kind != "name" or word in SHORT or self.meaning(word):
             return False
-        return word in CALLED or any(
-            word.startswith(name) for name in ("sin", "cos", "tan", "exp", "ln", "log")
-        )
+        return word in CALLED or word.startswith(("sin", "cos", "tan", "exp", "ln", "log"))
 
     def factor(self) -> list[tree.Node]:
         """A signed operand or a power; a word such as `mgz` gives several factors."""
-        sign = self.token.text
-        if sign in ("-", "+"):
-            self.descend()
-            operand = self.factor()
-            self.depth -= 1
-            return operand if sign == "+" else [tree.Negative(multiplied(operand))]
-        # A name is read here, and not there, as each level of calls takes one place less on the stack so.
-        *before, base = self.named(self.passed()) if self.token.kind == "name" else self.atoms()
-        if self.token.kind == "superscript":
-            base = self.power(base, self.superscript())
-            if self.token.text == "**" or self.token.kind == "superscript":
-                raise self.misplaced("group powers of powers with parentheses")
-        if self.token.text == "**":
-            base = self.power(base, self.exponent(base))
-        return [*before, base]
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            message = f"nested deeper than {MAX_DEPTH} levels"
+            raise ExpressionError(message, column=self.token.column, code="too_large")
+        if self.token.text in ("-", "+"):
+            sign = self.advance().text
+            factors = self.factor()
+            factors = factors if sign == "+" else [tree.Negative(multiplied(factors))]
+        else:
+            # A name is read here, and not there, as each level of calls takes one place less on the stack so.
+            factors = self.named(self.advance()) if self.token.kind == "name" else self.atoms()
+            if self.token.kind == "superscript":
+                factors[-1] = self.power(factors[-1], self.superscript())
+                if self.token.text == "**" or self.token.kind == "superscript":
+                    raise self.misplaced("group powers of powers with parentheses")
+            if self.token.text == "**":
+                factors[-1] = self.power(factors[-1], self.exponent(factors[-1]))
+        self.depth -= 1
+        return factors
 
     def superscript(self) -> tree.Node:
-        raised = self.passed().text
+        raised = self.advance().text
         digits = raised.removeprefix("-")
         number = tree.Number(digits, float(digits))
         return number if digits == raised else tree.Negative(number)
 
-    def is_euler(self, base: tree.Node) -> bool:
-        """Whether a base is the number e, which is no letter of the question."""
-        return base == _E and not self.is_open and self.words is not None and self.words.meaning("e") is None
-
     def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
-        """A base with its exponent; e is the number where it is no letter of the question."""
-        return tree.Call("exp", (exponent,)) if self.is_euler(base) else tree.Power(base, exponent)
+        is_euler = base == _E and self.has_euler
+        return tree.Call("exp", (exponent,)) if is_euler else tree.Power(base, exponent)
 
     def exponent(self, base: tree.Node | None) -> tree.Node:
         """What stands behind the sign of a power; in documents `**` has the order of all programs."""
         is_group = self.tokens[self.index - 1].text == ")"
-        if self.descend().kind == "stars" and self.is_open:
-            exponent = multiplied(self.factor())
-            self.depth -= 1
-            return exponent
-        first, second, third = self.ahead(4)[self.token.text in ("-", "+") :][:3]
-        orders: tuple[Reach, ...] = (FIRST,)
-        if base is not None and self.is_euler(base):
+        if self.advance().kind == "stars" and self.is_open:
+            return multiplied(self.factor())
+        is_signed = self.token.text in ("-", "+")
+        first, second, third = self.ahead(4)[is_signed:][:3]
+        orders: tuple[Reach, ...] = ()
+        if base == _E and self.has_euler:
             orders = (ALL, RUN, FIRST)
         elif isinstance(base, tree.Number) and first.kind == "name":
             # With a sign behind it, 2^n/x has the order of all programs in a document.
-            orders = (FIRST,) if self.is_open and second.text in ("*", "/") else (RUN, FIRST)
-        if len(orders) == 1 and first.kind == third.kind == "number" and second.text == "/":
-            exponent = self.fraction(first.text, third.text, is_group)
-        elif len(orders) == 1 or first.text == "(":
-            exponent = multiplied(self.factor())
-        else:
-            start = self.index
-            exponent = self.product(self.reach("exponent", orders))
-            if self.index > start + 1 or self.token.text == "/" or self.begins_factor():
-                self.meets("exponent", len(OTHER_WAYS))
-        self.depth -= 1
+            orders = () if self.is_open and second.text in ("*", "/") else (RUN, FIRST)
+        elif first.kind == third.kind == "number" and second.text == "/":
+            return self.fraction(first.text, third.text, is_group)
+        if not orders or first.text == "(":
+            return multiplied(self.factor())
+        start = self.index
+        exponent = self.product(self.reach("exponent", orders))
+        if self.index > start + 1 or self.token.text == "/" or self.begins_factor():
+            self.meets("exponent", len(OTHER_WAYS))
         return exponent
 
     def fraction(self, above: str, below: str, is_group: bool) -> tree.Node:
@@ -351,24 +317,18 @@ class _Grammar:
         return exponent
 
     def atoms(self) -> list[tree.Node]:
-        """What a power may follow: a number, a name, a bracket; of `mgz^2` three factors, the last raised."""
-        kind = self.token.kind
-        if kind == "number":
-            digits = self.passed().text
+        """What a power may follow, and is no word: a number, or a sum in brackets."""
+        if self.token.kind == "number":
+            digits = self.advance().text
             number = tree.Number(digits, float(digits))
-            is_angle = self.token.kind == "name" and self.token.text in _DEGREES
-            if is_angle and not (self.words is not None and self.words.meaning(self.token.text)):
-                self.advance()
-                return [tree.Product((number, *_DEGREE))]
-            return [number]
-        if kind == "root":
-            sign = self.descend()
-            operand = self.operand("sqrt", sign)
-            self.depth -= 1
-            return [tree.Call("sqrt", (operand,))]
+            if self.token.text not in _DEGREES or self.meaning(self.token.text):
+                return [number]
+            self.advance()
+            return [tree.Product((number, *_DEGREE))]
         if self.token.text not in _CLOSING:
             raise self.misplaced()
-        opening = self.descend()
+        opening = self.advance()
+        self.barred.append(opening.text == "|")
         inner = self.sum()
         self.close(opening)
         return [tree.Call("abs", (inner,)) if opening.text == "|" else inner]
@@ -377,15 +337,15 @@ class _Grammar:
         """The factors that a word stands for; its token has been passed."""
         name, words = token.text, self.words
         calls = self.token.text == "(" and self.token.touches
-        meant = words.meaning(name) if words else None
+        meant = self.meaning(name)
         if meant is not None and not (calls and name in self.functions):
             return self.symbol(meant, token)
         if calls and (called := self.before_bracket(token)):
             return [called]
         if name in CALLED and (name not in SHORT or self.is_called(name)):
-            is_amplitude = name[0] == "a" and name[1:] in CALLED and not self.is_open
-            if is_amplitude and words and words.meaning("a") and self.meets("inverse", 2) == 0:
-                return self.again(token, "a", name[1:])
+            is_amplitude = name[0] == "a" and name[1:] in CALLED and not self.is_open and self.meaning("a")
+            if is_amplitude and self.meets("inverse", 2) == 0:
+                return self.named(self.put(token, "a", name[1:]))
             if calls and not self.is_half():  # here, and not below, for one place less on the stack
                 return [applied(token, ALIASES.get(name, name), self.arguments())]
             return [self.call(token)]
@@ -393,17 +353,15 @@ class _Grammar:
             if calls and words is not None and words.is_open:
                 raise self.no_function(token)
             return [tree.Constant(name)]
-        if words is not None and (head := _HEAD.fullmatch(name)):
-            return self.again(token, *filter(None, head.groups()))
-        is_power = self.token.text == "**"
-        if name == "E" and is_power and self.is_euler(_E):  # as Mathematica writes it
-            return [_E]
-        if words is None or (name == _E.name and is_power):
+        if words is None:
             return self.symbol(name, token)
-        before = name[:-1]
-        is_euler = name[-1] == _E.name and is_power and self.is_euler(_E)
-        if is_euler and (words.meaning(before) or words.products(before)):
-            return self.again(token, before, _E.name)
+        if head := _HEAD.fullmatch(name):
+            return self.named(self.put(token, *filter(None, head.groups())))
+        if self.token.text == "**" and self.has_euler:
+            if name in ("e", "E"):  # the second as Mathematica writes it
+                return [_E]
+            if name[-1] == "e" and (words.meaning(name[:-1]) or words.products(name[:-1])):
+                return self.named(self.put(token, name[:-1], "e"))
         ways = words.products(name, self.token.kind in ("name", "number") or self.token.text == "(")
         if not ways and words.is_open:
             return self.symbol(name, token)
@@ -411,10 +369,9 @@ class _Grammar:
             raise unknown(name, words)
         parts = ways[self.meets("spelling", len(ways))]
         if parts[0] in CALLED:
-            self.put(token, *parts)
-            return [self.call(self.passed())]
+            return [self.call(self.put(token, *parts))]
         if not CALLED.isdisjoint(parts):
-            return self.again(token, *parts)
+            return self.named(self.put(token, *parts))
         if self.is_of_time(parts[-1]):
             self.advance(3)
         return [tree.Constant(p) if p in CONSTANTS and words.meaning(p) != p else tree.Name(p) for p in parts]
@@ -424,44 +381,35 @@ class _Grammar:
         name = token.text
         if name == RATE and self.words is not None and self.words.moving:
             return tree.Call(RATE, self.arguments())
-        if name in ("dot", "ddot") and self.tokens[self.index + 2].text == ")":
-            of = self.tokens[self.index + 1].text
+        _, argument, end = self.ahead(3)
+        if name in ("dot", "ddot") and end.text == ")":
             self.advance(3)
-            return tree.Name(f"{of}{name}")
-        function = self.functions.get(name) or PROGRAMS.get(name)
-        return applied(token, function, self.arguments()) if function else None
-
-    def again(self, token: Token, *parts: str) -> list[tree.Node]:
-        """The factors that the parts of a word stand for, which has just been passed."""
-        self.put(token, *parts)
-        return self.named(self.passed())
+            return tree.Name(f"{argument.text}{name}")
+        function = self.functions.get(name, name)
+        is_known = name in self.functions or (name in DEFINED and name not in CALLED)
+        return applied(token, function, self.arguments()) if is_known else None
 
     def is_called(self, name: str) -> bool:
         """Whether a short name of a function, which may also be letters, stands before an argument."""
-        opens = self.token.text == "(" and self.token.touches
+        calls = self.token.text == "(" and self.token.touches
         if self.words is None or self.words.is_open:
-            return opens
-        if not (opens or self.token.kind in ("name", "number")):
-            return False
-        return not self.words.products(name) or self.meets("alias", 2) == 0
+            return calls
+        begins = calls or self.token.kind in ("name", "number")
+        return begins and (not self.words.products(name) or self.meets("alias", 2) == 0)
 
-    def put(self, token: Token, *parts: str) -> None:
-        """Replace the word just passed by its parts; the first of them is the next token."""
-        pieces = [
+    def put(self, token: Token, *parts: str) -> Token:
+        """Replace the word just passed by its parts, and pass the first of them."""
+        self.tokens[self.index : self.index] = [
             Token("number" if part[0].isdigit() else "name", part, token.column, token.touches or place > 0)
             for place, part in enumerate(parts)
         ]
-        self.tokens[self.index : self.index] = pieces
-        self.token = self.tokens[self.index]
+        return self.advance()
 
     def symbol(self, name: str, token: Token) -> list[tree.Node]:
         """A name, perhaps with `(t)` behind it."""
         if self.is_of_time(name):
             self.advance(3)
-        elif self.is_open and self.token.text == "(" and self.token.touches and self.words is not None:
-            if self.tokens[self.index + 1].text == "t":
-                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
-                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
+        elif self.words and self.is_open and self.token.text == "(" and self.token.touches:
             raise self.no_function(token)
         return [tree.Name(name)]
 
@@ -488,52 +436,47 @@ class _Grammar:
         if self.token.text == "(" and not self.is_half():
             arguments = self.arguments()
         else:
-            self.deeper()
             argument = self.operand(function, token)
-            self.depth -= 1
             arguments = (argument,)
-            if power is None and isinstance(argument, tree.Power) and self.meets("raised", 2):
+            is_root = function == "sqrt" and self.is_open
+            if power is None and isinstance(argument, tree.Power) and not is_root and self.meets("raised", 2):
                 arguments, power = (argument.base,), argument.exponent
         node = applied(token, function, arguments)
         return node if power is None else tree.Power(node, power)
 
     def is_half(self) -> bool:
         """Whether the next tokens are `(1/2)theta`, as `½θ` is written after its signs were replaced."""
-        _, above, bar, below, end, behind = self.ahead(6)
+        _, above, bar, below, end, behind = self.ahead(MOST_AHEAD)
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
         return is_fraction and behind.kind == "name" and behind.touches
 
     def operand(self, function: str, token: Token) -> tree.Node:
-        """The argument of a function, or of a root, that stands without brackets: `sin 2 x`."""
+        """The argument of a function that stands without brackets: `sin 2 x`."""
         here, following = self.ahead(2)
         is_root = function == "sqrt"
-        place = "root" if is_root else "argument"
-        begins = here.kind == "number" or self.begins_factor()
-        if not begins and token.kind == "root":
-            raise self.misplaced()
-        if not (begins or (here.text == "-" and not is_root and self.words is not None)):
+        is_number = here.kind == "number"
+        begins = is_number or self.begins_factor()
+        if not (begins or (here.text == "-" and not is_root and self.words)):
             raise ExpressionError(
                 f"`{token.text}` is a function and needs its argument in parentheses",
                 column=token.column,
                 hint=f"write `{token.text}(...)`",
             )
-        if here.text == "(" and is_root:
-            return multiplied(self.atoms())
-        is_next = following.kind == "name" or following.text == "("
-        orders: tuple[Reach, ...] = (ALL, FIRST) if here.kind == "number" else (ALL, RUN, FIRST)
+        orders: tuple[Reach, ...] = (ALL, FIRST) if is_number else (ALL, RUN, FIRST)
         if is_root:
-            is_alone = here.kind == "number" and not (is_next and following.touches)
-            orders = (FIRST, ALL) if is_alone else (RUN, FIRST, ALL)
+            is_run = following.touches and (following.kind == "name" or following.text == "(")
+            orders = (FIRST, ALL) if is_number and not is_run else (RUN, FIRST, ALL)
             orders = orders[: -1 if self.is_open else None]
         elif here.kind == "name" and _ANGLE.fullmatch(here.text) and following.kind == "name":
             orders = (FIRST, ALL) if following.text != "t" else orders
+        place = "root" if is_root else "argument"
         start, reach = self.index, self.reach(place, orders)
         if reach is not FIRST:
             operand = self.product(reach)
         else:
-            factors = list(self.factor())
-            if not is_root and here.kind == "number" and self.token.kind == "name":
-                factors += [] if self.is_function(self.token) else self.factor()
+            factors = self.factor()
+            if not is_root and is_number and self.token.kind == "name" and not self.is_function(self.token):
+                factors += self.factor()
             if not is_root and self.token.text == "t" and factors[-1] != tree.Name("t"):
                 factors += self.factor()
             operand = multiplied(factors)
@@ -543,7 +486,8 @@ class _Grammar:
         return operand
 
     def arguments(self) -> tuple[tree.Node, ...]:
-        opening = self.descend()
+        opening = self.advance()
+        self.barred.append(False)
         arguments = [] if self.token.text == ")" else [self.sum()]
         while arguments and self.token.text == ",":
             self.advance()
@@ -554,32 +498,36 @@ class _Grammar:
     def misplaced(self, hint: str | None = None) -> ExpressionError:
         """The error for a token that fits no rule of the grammar here."""
         here = self.token
-        before = self.tokens[self.index - 1] if self.index else here
-        shown = here.text if len(here.text) <= _SHOWN else f"{here.text[:_SHOWN]}..."
+        before = self.tokens[self.index - 1] if self.index else Token("", "", None, touches=False)
+        piece = shortened(here.text, _SHOWN)
+        message = f"unexpected `{piece}`"
+        is_behind = before.kind in ("number", "name", "superscript") or before.text == ")"
         if here.kind == "end":
-            return ExpressionError("the expression ends too early", column=here.column)
-        if before.kind in ("number", "name", "root", "superscript") or before.text == ")":
-            if here.kind in ("number", "name") and before is not here:
-                left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
-                hint = f"write `{left}*{shown}`" if before.kind == "name" or before.text == ")" else None
-                if before.kind == here.kind == "number":
-                    hint = f"commas separate the entries of a list: `{left}, {shown}`"
-                hint = "digits stand without `_`" if here.text[0] == "_" else hint
-                return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
-            if here.text == ")":
-                return ExpressionError("`)` closes nothing", column=here.column)
-        if here.text == ",":
+            message = "the expression ends too early"
+        elif is_behind and here.kind in ("number", "name"):
+            message = f"no operator before `{piece}`"
+            if here.text[0] == "_":
+                hint = "digits stand without `_`"
+            elif before.kind == "number":
+                hint = f"commas separate the entries of a list: `{before.text[-_SHOWN:]}, {piece}`"
+            elif before.kind != "superscript":
+                hint = f"write `{'(...)' if before.text == ')' else before.text[-_SHOWN:]}*{piece}`"
+        elif here.text == ")" and (is_behind or not self.index):
+            message = "`)` closes nothing"
+        elif here.text == ",":
             hint = "a comma stands between arguments; the decimal sign is a point"
-        elif before is not here and before.text == here.text == "/":
+        elif before.text == here.text == "/":
             hint = "division is one `/`"
-        return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
+        return ExpressionError(message, column=here.column, hint=hint)
 
     def no_function(self, token: Token) -> ExpressionError:
         """The error for a name that is called like a function."""
         name = token.text[:_SHOWN]
         near = nearest(name, tuple(FUNCTIONS))
         hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
-        if near:
+        if [following.text for following in self.ahead(2)] == ["(", "t"]:
+            hint = f"what depends on the time stands without it: write `{name}`"
+        elif near:
             hint = f"did you mean `{near}`? A product is written `{name}*(...)`"
         elif self.functions is not NO_FUNCTIONS:
             slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
@@ -598,19 +546,15 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
 
     Raises ExpressionError for too many or too few arguments.
     """
-    formula, *parameters = "", *("x" * FUNCTIONS[name].arity if name in FUNCTIONS else "x")
+    formula, *parameters = DEFINED.get(name) or (
+        "",
+        *"xy"[: FUNCTIONS[name].arity if name in FUNCTIONS else 1],
+    )
     if isinstance(name, tree.UnknownFunction):
-        parameters = list(name.parameters)
-    elif name in DEFINED:
-        formula, *parameters = DEFINED[name]
+        formula, *parameters = ("", *name.parameters)
     if len(arguments) != len(parameters):
         count = f"{len(parameters)} argument{'s' * (len(parameters) > 1)}"
         raise ExpressionError(f"`{typed.text}` takes {count}, not {len(arguments)}", column=typed.column)
     if not formula:
         return tree.Call(name, arguments)
-    return tree.bound(_formula(formula), dict(zip(parameters, arguments, strict=True)))
-
-
-@cache
-def _formula(text: str) -> tree.Node:
-    return read(text)[0]
+    return tree.bound(read(formula)[0], dict(zip(parameters, arguments, strict=True)))

@@ -70,13 +70,14 @@ ALIASES = SHORT | {
 
 DEFINED = {
     "cot": ("cos(x)/sin(x)", "x"), "sec": ("1/cos(x)", "x"), "csc": ("1/sin(x)", "x"),
-    "lg": ("log(x)/log(10)", "x"), "pow": ("x**y", "x", "y"), "square": ("x**2", "x"),
+    "lg": ("log(x)/log(10)", "x"),
+    **dict.fromkeys(("pow", "power", "Power", "POWER", "POW"), ("x**y", "x", "y")),
+    **dict.fromkeys(("sqr", "square"), ("x**2", "x")),
 }  # fmt: skip
-"""Functions that are read as others and never written, by their formulas and parameters."""
+"""Functions that are read as others and never written, by their formulas and parameters.
 
-_SQUARES = dict.fromkeys(("sqr", "square"), "square")
-PROGRAMS = dict.fromkeys(("pow", "power", "Power", "POWER", "POW"), "pow") | _SQUARES
-"""Powers as programs write them, before a bracket only."""
+Powers stand so in programs, before a bracket only.
+"""
 
 _QUOTIENTS = ("cot", "sec", "csc")
 

@@ -133,9 +133,9 @@ REFUSED = yaml.safe_load(Path(__file__).with_name("refused.yaml").read_text(enco
         *REFUSED,
         ("\ud800", 1, "U+D800", ""),
         ("1" * 401, 1, "at most 400 digits", ""),
-        ("(" * 101 + "x" + ")" * 101, 101, "deeper than 100", ""),
-        ("abs(" * 101 + "x" + ")" * 101, 404, "deeper than 100", ""),
-        ("√" * 101 + "x", 101, "deeper than 100", ""),
+        ("(" * 101 + "x" + ")" * 101, 102, "deeper than 100", ""),
+        ("abs(" * 101 + "x" + ")" * 101, 405, "deeper than 100", ""),
+        ("√" * 101 + "x", 102, "deeper than 100", ""),
     ],
 )
 def test_refusals(text: str, column: int, message: str, hint: str) -> None:
