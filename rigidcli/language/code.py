@@ -160,10 +160,7 @@ class _Writer:
 
     def let(self, text: str) -> str:
         """A variable with the value of this operation."""
-        name = self.known.get(text)
-        if name is None:
-            name = self.known[text] = f"s{len(self.known)}"
-        return name
+        return self.known.setdefault(text, f"s{len(self.known)}")
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""

@@ -258,17 +258,13 @@ def latex_name(name: str) -> str:
     parts = _DECORATED.fullmatch(name.removesuffix(dots))
     if parts is None:
         return rf"\mathrm{{{name}}}".replace("_", r"\_")
-    letters = _latex_letters(parts["letters"])
+    letters = parts["letters"]
+    if letters in _COMMANDS:
+        letters = rf"\{letters}"
+    elif len(letters) > 1:
+        letters = rf"\mathrm{{{_LATIN.get(letters, letters)}}}"
     if dots:
         letters = rf"\{dots}{{{letters}}}"
     indices = [index for index in (parts["digits"], *parts["indices"].split("_")) if index]
     written = ",".join(index if index.isdigit() else latex_name(index) for index in indices)
     return f"{letters}_{{{written}}}" if written else letters
-
-
-def _latex_letters(letters: str) -> str:
-    if letters in _COMMANDS:
-        return rf"\{letters}"
-    if letters in _LATIN:
-        return rf"\mathrm{{{_LATIN[letters]}}}"
-    return letters if len(letters) == 1 or letters.isdigit() else rf"\mathrm{{{letters}}}"

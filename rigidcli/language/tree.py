@@ -270,9 +270,8 @@ def insides(trees: Iterable[Node]) -> set[Node]:
 
 def phases(trees: Iterable[Node]) -> set[Node]:
     """The arguments of sines and cosines in trees."""
-    periodic = ("sin", "cos", "tan", "cot", "sec", "csc")
-    calls = (part for part in nodes(trees) if isinstance(part, Call) and part.function in periodic)
-    return {argument for call in calls for argument in call.arguments}
+    calls = (part for part in nodes(trees) if isinstance(part, Call))
+    return {call.arguments[0] for call in calls if call.function in ("sin", "cos", "tan")}
 
 
 def _base(node: Node) -> Node:
