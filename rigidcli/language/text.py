@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from enum import IntEnum
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -61,13 +60,8 @@ def latex(node: tree.Node) -> str:
     return _signed(written).replace("(", r"\left(").replace(")", r"\right)")
 
 
-class _Strength(IntEnum):
-    """How tightly a written expression holds together."""
-
-    SUM = 0
-    PRODUCT = 1
-    POWER = 2
-    ATOM = 3
+_SUM, _PRODUCT, _POWER, _ATOM = range(4)
+"""How tightly a written expression holds together."""
 
 
 class _Piece(NamedTuple):
@@ -75,7 +69,7 @@ class _Piece(NamedTuple):
 
     text: str
     """The part without its sign."""
-    strength: _Strength
+    strength: int
     negative: bool = False
     is_open: bool = False
     """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
@@ -84,19 +78,19 @@ class _Piece(NamedTuple):
 
 
 def _atom(word: str) -> _Piece:
-    return _Piece(word, _Strength.ATOM)
+    return _Piece(word, _ATOM)
 
 
 def _signed(piece: _Piece) -> str:
-    return f"-{_unsigned(piece, _Strength.PRODUCT)}" if piece.negative else piece.text
+    return f"-{_unsigned(piece, _PRODUCT)}" if piece.negative else piece.text
 
 
-def _unsigned(piece: _Piece, least: _Strength) -> str:
+def _unsigned(piece: _Piece, least: int) -> str:
     """A piece without its sign, in parentheses if it is weaker than `least`."""
     return piece.text if piece.strength >= least else f"({piece.text})"
 
 
-def _bracketed(piece: _Piece, least: _Strength) -> str:
+def _bracketed(piece: _Piece, least: int) -> str:
     """A piece with its sign, in parentheses if it has one or is weaker than `least`."""
     return f"({_signed(piece)})" if piece.negative else _unsigned(piece, least)
 
@@ -110,10 +104,10 @@ def _sum(terms: Parts) -> _Piece:
     for is_subtracted, term in terms:
         is_negative = is_subtracted != term.negative
         if written:
-            written += f" {'-' if is_negative else '+'} {_unsigned(term, _Strength.PRODUCT)}"
+            written += f" {'-' if is_negative else '+'} {_unsigned(term, _PRODUCT)}"
         else:
             written = _signed(term._replace(negative=is_negative))
-    return _Piece(written, _Strength.SUM)
+    return _Piece(written, _SUM)
 
 
 @lru_cache
@@ -125,7 +119,7 @@ def _plain(times: str, power: str) -> Kind:
         written, negative, is_open = "", False, False
         for divides, part in factors:
             negative ^= part.negative
-            right = _unsigned(part, _Strength.POWER)
+            right = _unsigned(part, _POWER)
             if divides:
                 # x^1/2 is read as a root.
                 written = f"({written})" if written.endswith(f"{power}1") else written
@@ -134,13 +128,13 @@ def _plain(times: str, power: str) -> Kind:
                 # `a/b c` would be taken for a/(b c), and `2 3` for a number.
                 written += ("*" if is_open or _starts_with_number(right) else times) + right
             else:
-                written, is_open = _unsigned(part, _Strength.PRODUCT), part.is_open
-        return _Piece(written, _Strength.PRODUCT, negative, is_open)
+                written, is_open = _unsigned(part, _PRODUCT), part.is_open
+        return _Piece(written, _PRODUCT, negative, is_open)
 
     def raised(base: _Piece, exponent: _Piece) -> _Piece:
         """Powers group from the right: a**b**c is a**(b**c)."""
-        parts = _bracketed(base, _Strength.ATOM), _bracketed(exponent, _Strength.POWER)
-        return _Piece(power.join(parts), _Strength.POWER)
+        parts = _bracketed(base, _ATOM), _bracketed(exponent, _POWER)
+        return _Piece(power.join(parts), _POWER)
 
     def call(function: str, arguments: list[_Piece]) -> _Piece:
         return _atom(f"{function}({', '.join(map(_signed, arguments))})")
@@ -161,7 +155,7 @@ def _latex_number(word: str, value: float) -> _Piece:
     if word in CONSTANTS:
         return _atom(latex_name(word))
     digits, e, exponent = word.lower().partition("e")
-    return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT) if e else _atom(digits)
+    return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _PRODUCT) if e else _atom(digits)
 
 
 def _latex_factors(factors: Parts) -> _Piece:
@@ -169,7 +163,7 @@ def _latex_factors(factors: Parts) -> _Piece:
     over, under = ([factor for divides, factor in factors if divides == side] for side in (False, True))
     written = _latex_product(over)
     if under:
-        written = _Piece(rf"\frac{{{written.text}}}{{{_latex_product(under).text}}}", _Strength.PRODUCT)
+        written = _Piece(rf"\frac{{{written.text}}}{{{_latex_product(under).text}}}", _PRODUCT)
     return written._replace(negative=sum(factor.negative for _, factor in factors) % 2 == 1)
 
 
@@ -182,16 +176,16 @@ def _latex_power(base: _Piece, exponent: _Piece) -> _Piece:
     # A fraction in small type is hard to read.
     small = _SMALL_FRACTION.fullmatch(raised)
     raised = "{}{}/{}".format(*small.groups()) if small else raised
-    return _Piece(f"{_bracketed(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
+    return _Piece(f"{_bracketed(base, _ATOM)}^{{{raised}}}", _POWER)
 
 
 def _latex_function(function: str, arguments: list[_Piece]) -> _Piece:
     written = ", ".join(map(_signed, arguments))
     if isinstance(function, tree.UnknownFunction):
-        return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
+        return _Piece(f"{_latex_unknown(function)}({written})", _POWER)
     shape = FUNCTIONS[function].latex
     if "{}" in shape:  # a notation of its own, such as a root
-        strength = _Strength.ATOM if function == "abs" else _Strength.POWER
+        strength = _ATOM if function == "abs" else _POWER
         return _Piece(shape.format(written), strength)
     head = shape if shape.startswith("\\") else rf"\operatorname{{{shape}}}"
     called = (head, arguments[0]) if len(arguments) == 1 else None
@@ -218,11 +212,11 @@ def _latex_product(factors: Sequence[_Piece]) -> _Piece:
     if len(needed) == 1:
         return needed[0]
     needed.sort(key=lambda factor: factor.is_open)
-    written = _unsigned(needed[0], _Strength.PRODUCT)
+    written = _unsigned(needed[0], _PRODUCT)
     for factor in needed[1:]:
-        right = _unsigned(factor, _Strength.PRODUCT)
+        right = _unsigned(factor, _PRODUCT)
         written += _latex_times(written, right) + right
-    return _Piece(written, _Strength.PRODUCT, is_open=needed[-1].is_open)
+    return _Piece(written, _PRODUCT, is_open=needed[-1].is_open)
 
 
 def _latex_times(left: str, right: str) -> str:
@@ -234,10 +228,10 @@ def _latex_times(left: str, right: str) -> str:
 
 def _latex_call(head: str, arguments: Sequence[_Piece]) -> _Piece:
     first = arguments[0]
-    if len(arguments) > 1 or first.negative or first.strength < _Strength.ATOM:
-        return _Piece(f"{head}({', '.join(map(_signed, arguments))})", _Strength.POWER)
+    if len(arguments) > 1 or first.negative or first.strength < _ATOM:
+        return _Piece(f"{head}({', '.join(map(_signed, arguments))})", _POWER)
     blank = " " if head[-1].isalpha() and not first.text.startswith("\\") else ""
-    return _Piece(f"{head}{blank}{first.text}", _Strength.POWER, is_open=True)
+    return _Piece(f"{head}{blank}{first.text}", _POWER, is_open=True)
 
 
 _LATIN = {
