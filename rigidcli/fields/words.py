@@ -97,9 +97,7 @@ def shapes_called(word: str) -> tuple[str, ...]:
     """The shapes for which a word may stand; none for other words."""
     plain = folded(word)
     bare = _ADJECTIVES.sub("", plain)
-    if bare != plain and plain not in SHAPES_BY_WORD:
-        return SHAPES_BY_WORD.get(bare, (bare,))
-    return SHAPES_BY_WORD.get(plain, (plain,))
+    return SHAPES_BY_WORD.get(plain) or SHAPES_BY_WORD.get(bare, (bare,))
 
 
 def other_form(word: str) -> str | None:
