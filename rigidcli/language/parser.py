@@ -216,7 +216,7 @@ class _Grammar:
     def begins_factor(self) -> bool:
         here = self.token
         opens = here.text == "(" or (here.text == "|" and not self.barred[-1])
-        return here.kind == "name" or opens or self.is_fraction()
+        return here.kind in ("name", "root") or opens or self.is_fraction()
 
     def is_fraction(self) -> bool:
         """Whether a fraction of two numbers follows behind a blank, as in `M R^2 2/5`."""
@@ -242,7 +242,7 @@ class _Grammar:
         """Whether a word begins with the name of a function."""
         word = token.text
         if token.kind != "name" or word in SHORT or self.meaning(word):
-            return False
+            return token.kind == "root"
         return word in CALLED or word.startswith(("sin", "cos", "tan", "exp", "ln", "log"))
 
     def factor(self) -> list[tree.Node]:
@@ -257,7 +257,8 @@ class _Grammar:
             factors = factors if sign == "+" else [tree.Negative(multiplied(factors))]
         else:
             # A name is read here, and not there, as each level of calls takes one place less on the stack so.
-            factors = self.named(self.advance()) if self.token.kind == "name" else self.atoms()
+            is_named = self.token.kind in ("name", "root")
+            factors = self.named(self.advance()) if is_named else self.atoms()
             if self.token.kind == "superscript":
                 factors[-1] = self.power(factors[-1], self.superscript())
                 if self.token.text == "**" or self.token.kind == "superscript":
@@ -346,7 +347,7 @@ class _Grammar:
             is_amplitude = name[0] == "a" and name[1:] in CALLED and not self.is_open and self.meaning("a")
             if is_amplitude and self.meets("inverse", 2) == 0:
                 return self.named(self.put(token, "a", name[1:]))
-            if calls and not self.is_half():  # here, and not below, for one place less on the stack
+            if calls and not self.is_half(token):  # here, and not below, for one place less on the stack
                 return [applied(token, ALIASES.get(name, name), self.arguments())]
             return [self.call(token)]
         if name in CONSTANTS:
@@ -423,6 +424,8 @@ class _Grammar:
     def call(self, token: Token) -> tree.Node:
         """A function call, perhaps with a power before its argument; its name has been passed."""
         power: tree.Node | None = None
+        if token.kind == "root" and (self.token.kind == "superscript" or self.token.text == "**"):
+            raise self.misplaced("`sqrt(x)^3` is the power of a root, `x^(1/3)` is a cube root")  # for √³x
         if self.token.kind == "superscript":
             power = self.superscript()
         elif self.token.text == "**":
@@ -433,19 +436,24 @@ class _Grammar:
                 message = f"the inverse of `{function}` is not clear"
                 raise ExpressionError(message, hint=f"write `1/{function}(...)`", column=token.column)
             function, power = f"a{function}", None
-        if self.token.text == "(" and not self.is_half():
+        if self.token.text == "(" and not self.is_half(token):
             arguments = self.arguments()
         else:
             argument = self.operand(function, token)
             arguments = (argument,)
-            is_root = function == "sqrt" and self.is_open
-            if power is None and isinstance(argument, tree.Power) and not is_root and self.meets("raised", 2):
+            is_word = token.kind == "name"  # behind the sign, √x² is the root of a square
+            if power is None and isinstance(argument, tree.Power) and is_word and self.meets("raised", 2):
                 arguments, power = (argument.base,), argument.exponent
         node = applied(token, function, arguments)
         return node if power is None else tree.Power(node, power)
 
-    def is_half(self) -> bool:
-        """Whether the next tokens are `(1/2)theta`, as `½θ` is written after its signs were replaced."""
+    def is_half(self, function: Token) -> bool:
+        """Whether the next tokens are `(1/2)theta`, as `½θ` is written after its signs were replaced.
+
+        A root ends with its bracket: `sqrt(1/2)x` has one reading.
+        """
+        if ALIASES.get(function.text, function.text) == "sqrt":
+            return False
         _, above, bar, below, end, behind = self.ahead(MOST_AHEAD)
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
         return is_fraction and behind.kind == "name" and behind.touches

@@ -43,9 +43,6 @@ _FRACTIONS = {
 }  # fmt: skip
 """The fractions of Unicode that are decimal numbers."""
 
-_SPELLED = {"degree": "deg", "root": "sqrt"}
-"""Signs that are words."""
-
 SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"
 """The pattern of a whole number that is written as an exponent."""
 
@@ -116,7 +113,7 @@ class Token(NamedTuple):
     """A piece of an expression; `column` counts characters from 1."""
 
     kind: str
-    """`number`, `name`, `operator`, `stars` (those of a power), `superscript` or `end`."""
+    """`number`, `name`, `operator`, `stars` (those of a power), `superscript`, `root` or `end`."""
     text: str
     column: int | None
     touches: bool
@@ -140,8 +137,8 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
             _check_number(piece, column)
         elif kind == "name":
             piece = piece.translate(_GREEK)
-        elif kind in _SPELLED:
-            kind, piece = "name", _SPELLED[kind]
+        elif kind == "degree":
+            kind, piece = "name", "deg"
         elif kind == "operator":
             kind = "stars" if piece == "**" else kind
             piece = _OPERATORS.get(piece, piece)
@@ -150,6 +147,8 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
             _check_number(piece, column)
         elif kind == "fraction":
             kind, piece = "number", _FRACTIONS[piece]
+        elif kind == "root":
+            piece = "sqrt"
         elif kind == "stranger":
             raise ExpressionError(f"unexpected {_describe(piece)}", column=column, hint=_HINTS.get(piece))
         tokens.append(Token(kind, piece, column, match.start() == match.start(match.lastgroup or "end")))

@@ -64,7 +64,8 @@ pi r^2 -> pi*r^2   2pi r -> 2*pi*r   2πr -> 2*pir   2x^2 -> 2*x^2   2^x y -> 2^
 -a b -> -(a*b)   a - b c -> a - b*c   a*b c/d*e f -> a*b*c/d*e*f   2e3 -> 2e3   2 e3 -> 2*e3   2e -> 2*e
 2e3x -> 2e3*x   2.x -> 2.*x   x² -> x^2   x²y³ -> x^2*y^3   -x² -> -x^2   2x² + sin(x)² -> 2*x^2 + sin(x)^2
 (a + b)² -> (a + b)^2   10⁻² -> 10^(-2)   5 m⁻¹² -> 5*m^(-12)   x^y² -> x^y^2   √2 -> sqrt(2)
-√2 x -> sqrt(2)*x   √(2)x -> sqrt(2)*x   2√2√3/√x -> 2*sqrt(2)*sqrt(3)/sqrt(x)   √(x+1) -> sqrt(x + 1)
+√2 x -> sqrt(2)*x   √(2)x -> sqrt(2)*x   sqrt(1/2)x -> sqrt(1/2)*x
+2√2√3/√x -> 2*sqrt(2)*sqrt(3)/sqrt(x)   √(x+1) -> sqrt(x + 1)
 √sin(x) y -> sqrt(sin(x))*y   √√2 -> sqrt(sqrt(2))   ½ m v² -> 0.5*m*v^2   ½ m ẋ² -> 0.5*m*xdot^2
 l θ̇² + θ̈ - ẏ_1*x1̇ -> l*thetadot^2 + thetaddot - y_1dot*x1dot   ¼x + ¾ -> 0.25*x + 0.75   ln(x) -> log(x)
 1/2 m v^2 -> 1/2*m*v^2   sin²(x) -> sin(x)^2   sin^2 x -> sin(x)^2   ln x -> log(x)   √x² -> sqrt(x^2)
