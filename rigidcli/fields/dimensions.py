@@ -101,6 +101,8 @@ def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
     """
     rest = given._replace(angle=0)
     angle_fits = given.angle in (0, expected.angle) or (expected.angle == 0 and rest != DIMENSIONLESS)
+    # A torque is an energy per angle: the stiffness of a torsion spring is in N m/rad or J/rad^2.
+    angle_fits |= (given.angle, expected.angle, rest.mass, rest.length) == (-2, -1, 1, 2)
     if angle_fits and rest == expected._replace(angle=0):
         return
     hint = None

@@ -61,7 +61,7 @@ _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{DECIMAL}))"
-    r"(?:[eE](?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
+    r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
     rf"(?:(?:\s*(?:\*\s*)?(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
