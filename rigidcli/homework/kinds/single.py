@@ -150,12 +150,9 @@ def _of_misfit(key: NumberKey, number: TypedNumber, detail: str) -> Finding:
 
 LONGEST_TEXT = 1000  # characters
 
-TRUTH = {
-    **dict.fromkeys(
-        ["yes", "y", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"], "true"
-    ),
-    **dict.fromkeys(["no", "n", "nein", "non", "falsch", "faux", "falso"], "false"),
-}
+_YES = ["yes", "y", "yep", "yeah", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"]
+_NO = ["no", "n", "nope", "nein", "non", "falsch", "faux", "falso"]
+TRUTH = dict.fromkeys(_YES, "true") | dict.fromkeys(_NO, "false")
 
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
 
@@ -205,7 +202,8 @@ class ChoiceKey:
         short = _class_of(value)
         is_class = short == plain or (short in CLASSES and short == _class_of(plain))
         is_part = set(plain.split()) <= set(value.split()) <= set(own.split())
-        return value in (plain, joined, own, _plain(self.words)) or is_class or is_part
+        is_same = re.sub(r"\Anot ", "un", value) == re.sub(r"\Anot ", "un", plain)  # not stable is unstable
+        return value in (plain, joined, own, _plain(self.words)) or is_same or is_class or is_part
 
 
 class ChoiceKind(AnswerKind):
