@@ -130,7 +130,8 @@ def _undressed(text: str, names: Collection[str]) -> str:
     plain = 0
     for place, line in enumerate(lines):
         match = _DRESSED.fullmatch(line.rstrip())
-        if match is None or folded(match["name"]) not in names:
+        is_section = _SECTION.match(line.strip())  # and no `answer` to a question named s
+        if match is None or is_section or folded(match["name"]) not in names:
             continue
         is_comment = match["marks"].strip() == "#" and match["rest"]
         if (match["marks"] or match["word"] or match["open"] or match["dash"]) and not is_comment:

@@ -205,3 +205,8 @@ def test_answers_below_headings_and_behind_bullets(form: str) -> None:
     read = {name.casefold(): answer for name, answer in answers.items()}
     assert read["1"] == "m*g*z"
     assert read["2a"] in ([["1", "2"], ["3", "4"]], "[[1, 2], [3, 4]]")
+
+
+@pytest.mark.parametrize("text", ["answers:\n  s: 3 m\n", "answers: {s: 3 m}", "answer s: 3 m"])
+def test_the_head_is_no_answer_to_a_question_named_s(text: str) -> None:
+    assert read(text, ["s"]) == {"s": "3 m"}
