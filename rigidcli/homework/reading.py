@@ -24,7 +24,7 @@ from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
-from rigidcli.homework.lists import is_enclosed, read_list, split
+from rigidcli.homework.lists import TIME, is_enclosed, read_list, split
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
 from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
@@ -35,8 +35,6 @@ from rigidcli.language.typed import cut, two_answers, undecorated, without_label
 from rigidcli.language.words import FUNCTIONS, Words, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
-
-TIME = "t"
 
 INVERSE = frozenset(name for name in FUNCTIONS if name[0] == "a" and name[1:] in FUNCTIONS)
 """Functions that begin like an amplitude `a`."""
@@ -116,16 +114,9 @@ def names_of(source: KeySource, used: Iterable[str] = ()) -> Names:
     new = sorted(set(used).difference(of_document, listed, moving))
     by_form: dict[str, Domain] = {name: "real" if MOVING.fullmatch(name) else "positive" for name in new}
     domains = of_document | by_form | dict.fromkeys(moving, "real") | listed
-    return Names(
-        {name: domain for name, domain in domains.items() if name not in derived},
-        spellings(domains, coordinates, momenta, velocities),
-        values,
-        derived,
-        coordinates,
-        momenta,
-        velocities,
-        further,
-    )
+    independent = {name: domain for name, domain in domains.items() if name not in derived}
+    others = spellings(domains, coordinates, momenta, velocities)
+    return Names(independent, others, values, derived, coordinates, momenta, velocities, further)
 
 
 def _moving(source: KeySource) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
@@ -143,11 +134,8 @@ def _moving(source: KeySource) -> tuple[tuple[str, ...], tuple[str, ...], tuple[
             count = f"{len(own)} {key} and {len(coordinates)} coordinates"
             hint = "list the `coordinates` to which they belong, in the same order: `coordinates: [x, theta]`"
             raise ValueProblem(f"{count}, expected as many of both", path=(key,), hint=hint)
-    return (
-        coordinates,
-        momenta or tuple(map(momentum, coordinates)),
-        velocities or tuple(map(velocity, coordinates)),
-    )
+    momenta = momenta or tuple(map(momentum, coordinates))
+    return coordinates, momenta, velocities or tuple(map(velocity, coordinates))
 
 
 def exactly(value: float) -> Node:
@@ -303,10 +291,8 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
         return readings_of(text)[0].read_as
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
-            equations = read_equations(text, None)
-            return "; ".join(
-                f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in equations
-            )
+            sides = read_equations(text, None)
+            return "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
     with suppress(Unreadable):
         return without_doubt(read_expression(text, None))
     if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
@@ -398,14 +384,11 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         for count, piece in enumerate(pieces, 1):
             place = own or (f"equation {count}" if len(pieces) > 1 else "")
             number = place.removeprefix("equation ") if place[-1:].isdigit() else "1"
-            piece = _WORDS_AHEAD.sub("", re.sub(rf"(?<=[\w)}}\]])\s+\({number}\)\s*\Z", "", piece))
+            piece = _WORDS_AHEAD.sub("", re.sub(rf"(?<=[\w)}}\]])\s+\({number}\)\s*\Z", "", piece)).strip()
             if len(members := re.split(r"==?", piece)) > 1:
                 yield place, members, False
             else:
-                fails(
-                    "parse_error",
-                    f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`",
-                )
+                fails("parse_error", f"no `=` in {shown(piece)}: write an equation, such as `xdot = p/m`")
     else:
         fails("wrong_shape", f"read {shown(answer)}, expected equations")
 
