@@ -157,7 +157,7 @@ def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
     for way in ways:
         try:
             found.append(read(way))
-        except (ValueProblem, ExpressionError, Unreadable) as problem:
+        except (ValueProblem, Unreadable) as problem:
             problems.append(problem)
     if problems and not found:
         raise problems[0]
@@ -222,10 +222,8 @@ def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[T
 
 def _agree(one: TypedNumber, other: TypedNumber) -> bool:
     """Whether two numbers are the same within half a unit of their last figures."""
-    slack = ROUNDING + sum(
-        min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures
-    )
-    return abs(one.value - other.value) <= slack * max(abs(one.value), abs(other.value))
+    halves = (min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures)
+    return abs(one.value - other.value) <= (ROUNDING + sum(halves)) * max(abs(one.value), abs(other.value))
 
 
 def _variants(text: str) -> list[str]:
