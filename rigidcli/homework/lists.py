@@ -203,18 +203,14 @@ def _formulas(row: str) -> list[str]:
     return cut(row, re.compile(r"\s+"))
 
 
-_SEVERAL = [
-    (
-        count,
-        re.compile(
-            rf"\s*[(\[]\s*(?:{count} ?[x×]|[x×] ?{count}|multiplicity {count}|{words})\s*[)\]]", re.IGNORECASE
-        ),
-    )
-    for count, words in (
-        (2, "twice|doubl[ey](?: degenerate)?|degenerate|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois"),
-        (3, "three times|thrice|tripl[ey](?: degenerate)?|dreifach|3 ?times|3-?fold|threefold|trois fois"),
-    )
-]
+_WORDS_OF_COUNTS = {
+    2: "twice|doubl[ey](?: degenerate)?|degenerate|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois",
+    3: "three times|thrice|tripl[ey](?: degenerate)?|dreifach|3 ?times|3-?fold|threefold|trois fois",
+}
+_SEVERAL = {
+    n: re.compile(rf"(?i)\s*[(\[]\s*(?:{n} ?[x×]|[x×] ?{n}|multiplicity {n}|{words})\s*[)\]]")
+    for n, words in _WORDS_OF_COUNTS.items()
+}
 _BOTH_SIGNS = re.compile(
     r"(?:[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
 )
@@ -226,7 +222,7 @@ def _repeated(entry: str) -> list[str]:
     if len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names):
         is_pair = len(_repeated(value)) == len(names)  # `b = c = 10 ± sqrt(7)` are two
         return [each for name in names[: 1 if is_pair else None] for each in _repeated(f"{name}={value}")]
-    for count, words in _SEVERAL:
+    for count, words in _SEVERAL.items():
         if words.search(entry):
             return [words.sub("", entry)] * count
     both = _BOTH_SIGNS.fullmatch(entry)
@@ -363,7 +359,8 @@ def _in_unit_vectors(text: str) -> list[str] | None:
     text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip(" \t\n$")
     found = text
     for pattern in _UNIT_VECTORS:
-        found = found if _E in found else pattern.sub(_marked, found)
+        if _E not in found:
+            found = pattern.sub(lambda vector: f" {_E}{AXES[next(filter(None, vector.groups()))[0]]} ", found)
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
     factor, unit = "", ""
@@ -391,11 +388,6 @@ def _in_unit_vectors(text: str) -> list[str] | None:
         return None
     written = [f"({factor})*({each or 0})" if factor else each or "0" for each in components]
     return [f"{component} {unit}".strip() for component in written]
-
-
-def _marked(unit_vector: re.Match[str]) -> str:
-    axis = next(filter(None, unit_vector.groups()))
-    return f" {_E}{AXES[axis[0]]} "
 
 
 # --- tables: a line with the names of the columns, then a line of numbers for each row
