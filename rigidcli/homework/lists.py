@@ -16,6 +16,7 @@ import unicodedata
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice, read_numbers, read_units, scale_in
 from rigidcli.language import tree
 from rigidcli.language.expression import array, parse
-from rigidcli.language.latex import matrix, plain
+from rigidcli.language.latex import plain
 from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
 from rigidcli.language.words import CALLED
@@ -57,12 +58,10 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     if isinstance(answer, dict):
         return answer
     if isinstance(answer, list):
-        if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            several = [_repeated(entry) if isinstance(entry, str) else [entry] for entry in answer]
-            return [_row(each) if isinstance(each, str) else each for entries in several for each in entries]
-        if any(isinstance(entry, list | dict) for entry in answer):
-            raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
-        answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
+        if not all(isinstance(entry, str) for entry in answer) or ";" not in "".join(answer):
+            several = [map(_row, _repeated(entry)) if isinstance(entry, str) else [entry] for entry in answer]
+            return list(chain.from_iterable(several))
+        answer = ",".join(answer)  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
     answer = undecorated(answer)
@@ -72,9 +71,10 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     try:
         if not is_square and (components := _in_unit_vectors(answer)) is not None:
             return components
-        text = _separated(_ARRAY.sub("", plain(_rows_of_latex(answer))))
+        text = _separated(_ARRAY.sub("", plain(answer)))
         if diagonal := _DIAGONAL.search(text):
-            return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() :]), is_square)
+            entries = read_list(text[: diagonal.start()] + text[diagonal.end() :])
+            return _on_diagonal(entries) if is_square and isinstance(entries, list) else entries
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
@@ -160,8 +160,10 @@ def _entries(text: str, is_square: bool = False) -> Any:
         pieces = _blanks(pieces[0])
     elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
         return [_inner(piece) for piece in pieces]
-    elif is_square and "," not in text and all(len(row) == len(pieces) for row in map(_formulas, pieces)):
-        return list(map(_formulas, pieces))
+    elif is_square and not re.search("[,;]", "".join(pieces)):
+        rows = list(map(_formulas, pieces))
+        if all(len(row) == len(rows) for row in rows):
+            return rows
     return [_row(piece) for piece in pieces]
 
 
@@ -229,12 +231,10 @@ def _repeated(entry: str) -> list[str]:
     return [f"{both['a']} {sign} {both['b']}" for sign in "-+"] if both else [entry]
 
 
-def _on_diagonal(entries: Tree, is_square: bool) -> Tree:
-    """The rows of `diag(2, 11, 11)`, or its entries where no matrix is asked for."""
-    while isinstance(entries, list) and len(entries) == 1 and isinstance(entries[0], list):
-        entries = entries[0]
-    if not is_square or not isinstance(entries, list):
-        return entries
+def _on_diagonal(entries: list[Tree]) -> Tree:
+    """The rows of `diag(2, 11, 11)`, also with brackets around the numbers."""
+    if len(entries) == 1 and isinstance(entries[0], list):
+        return _on_diagonal(entries[0])
     return [[e if row == column else "0" for column in range(len(entries))] for row, e in enumerate(entries)]
 
 
@@ -256,13 +256,13 @@ _UNIT_TAIL = re.compile(
 
 def _with_unit_of_last(entries: Tree) -> Tree:
     """A list where the unit behind the last entry is that of all, if no other has one: `1, 2, 3 kg m^2`."""
-    texts = [each for each in entries if isinstance(each, str)] if isinstance(entries, list) else []
-    tails = [_UNIT_TAIL.fullmatch(each) for each in texts]
-    if not isinstance(entries, list) or len(texts) < max(2, len(entries)) or any(tails[:-1]) or not tails[-1]:
+    if not isinstance(entries, list) or not all(isinstance(each, str) for each in entries):
         return entries
-    if not CALLED.issuperset({*re.findall(r"[^\W\d_]+", " ".join(texts[:-1]))} - {"pi", "π", "e", "E"}):
-        return entries  # formulas: of `m a^2, 2 m a^2` the last has no unit
-    return _moved([*texts[:-1], tails[-1]["entry"]], "", tails[-1]["unit"])
+    *others, last = entries or [""]
+    # Names are units of their own, or those of formulas: of `m a^2, 2 m a^2` the last has no unit.
+    names = {*re.findall(r"[^\W\d_]+|[°%]", " ".join(others))} - {"pi", "π", "e", "E"}
+    tail = _UNIT_TAIL.fullmatch(last) if others and names <= CALLED else None
+    return entries if tail is None else _moved([*others, tail["entry"]], "", tail["unit"])
 
 
 # --- other signs than brackets and commas
@@ -297,36 +297,26 @@ def in_brackets(text: str) -> str:
 def _from_table(text: str) -> str:
     """A table between bars as lines: `| 8 | -3 |` is `8; -3`."""
     lines = [line.strip() for line in text.strip().splitlines()]
-    is_table = all(re.fullmatch(r"\|.*\|", line) for line in lines)
-    if not is_table or (len(lines) == 1 and lines[0].count("|") < 4):
+    if text.count("|") < 4 or not all(re.fullmatch(r"\|.*\|", line) for line in lines):
         return text
     rows = [line[1:-1].split("|") for line in lines]
     is_rule = re.compile(r"[\s:-]*-[\s:-]*").fullmatch
-    rule = next((place for place, row in enumerate(rows) if all(map(is_rule, row))), None)
-    below = rows if rule is None else rows[rule + 1 :]  # what stands above a rule are heads
-    if rule is not None and len(below) + 1 == len(rows[0]) and all(map(_CELL.fullmatch, rows[0])):
-        below = [*rows[:rule], *below]  # but for the first row of a matrix
-    return "\n".join("; ".join(cell.strip() for cell in row) for row in below or rows)
-
-
-def _rows_of_latex(text: str) -> str:
-    """Rows of LaTeX that were typed without `\\begin{pmatrix}`: `8 & -3 \\\\ -3 & 8`."""
-    if "&" not in text or "[" in text or re.search(r"[,;]\s*&", text):
-        return text
-    return matrix(text) if "\n" in text.strip() else text.replace("&", ";")
+    rule = next((place for place, row in enumerate(rows) if all(map(is_rule, row))), -1)
+    below = rows[rule + 1 :]  # what stands above a rule are heads
+    if rule == 1 and len(below) + 1 in (1, len(rows[0])) and all(map(_CELL.fullmatch, rows[0])):
+        below = [rows[0], *below]  # but for a vector, and the first row of a matrix
+    return "\n".join("; ".join(cell.strip() for cell in row) for row in below)
 
 
 def _separated(text: str) -> str:
     """The text with `;` for what else separates entries: `3 and 5`, `3 | 5`, `3 < 5`, `3 -> 5`, `3/5/7`."""
+    text = re.sub(r"(?<![,;\s])\s*&", ";", text)  # rows of LaTeX outside of `\\begin{pmatrix}`
     text = _AND.sub(";" if ";" in text else ",", text)
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
-    for sign in (r"\|", "<=?|[-=]?>"):
-        if re.search(sign, text):
-            return re.sub(sign, ";", text)
-    name, _, values = text.rpartition("=")
-    pieces = values.strip("()[] ").split("/")
-    is_list = len(pieces) > 2 and all(map(_BEGINS_NUMBER.match, pieces)) and not name.strip().count(" ")
+    text = re.sub(r"\||<=?|[-=]?>", ";", text)
+    pieces = text.rpartition("=")[2].strip("()[] ").split("/")
+    is_list = len(pieces) > 2 and all(map(_BEGINS_NUMBER.match, pieces))
     return text.replace("/", ";") if is_list else text
 
 
@@ -396,7 +386,7 @@ TIME = "t"
 
 SECOND = parse_unit("s")
 
-_UNIT_OF_HEAD = re.compile(r"(?P<name>[^(\[/]*?)\s*(?:\((?P<round>.*)\)|\[(?P<square>.*)\]|/(?P<below>.*))")
+_UNIT_OF_HEAD = re.compile(r"(?P<name>[^(\[/]*?)\s*[(\[/](?P<unit>.*?)[)\]]?")
 _PLAIN_NUMBER = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,2})?")
 """A decimal number within the range of numbers; others, and expressions, take longer to read."""
 
@@ -434,9 +424,8 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Ty
         raise Unreadable("wrong_shape", "there are no rows of numbers")
     for number, cells in rows:
         if len(cells) != len(heads):
-            detail = f"{len(cells)} cells, expected {len(heads)}"
-            if separator == "," and len(cells) == 2 * len(heads):
-                detail += "; with decimal commas, separate cells with `;`"
+            hint = "; with decimal commas, separate cells with `;`" * (separator == ",")
+            detail = f"{len(cells)} cells, expected {len(heads)}{hint}"
             raise Unreadable("wrong_shape", detail, place=f"line {number}")
     named = [_head(head) for head in heads]
     columns = {}
@@ -477,11 +466,11 @@ def _head(text: str) -> tuple[str, Unit | None]:
     match = _UNIT_OF_HEAD.fullmatch(text) if len(text) <= 200 else None  # a longer one takes long
     if match is None:
         return text, None
-    unit = (match["round"] or match["square"] or match["below"] or "").strip()
+    name, unit = match["name"], match["unit"].strip()
     with suppress(Unreadable):
-        # A column `x(t)` is a function of the time, and not in tonnes.
-        return match["name"], None if unit.casefold() in ("", TIME, "time") else read_units(unit)[0]
-    return match["name"], None
+        if unit.casefold() not in ("", TIME, "time"):  # `x(t)` is a function of the time, and not in tonnes
+            return name, read_units(unit)[0]
+    return name, None
 
 
 def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, int]:
