@@ -18,32 +18,24 @@ from rigidcli.document.yaml_reader import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.homework.base import Tree, Unreadable
 
+# Answers by the names of questions; one that cannot be read is what is wrong with it.
 Answers: TypeAlias = dict[str, Tree | Unreadable]
-"""Answers by the names of questions; one that cannot be read is what is wrong with it."""
-
 MOST_ANSWERS = 1000  # in a file
-
+# Keys beside the answers that say who the student is, which nobody believes.
 ABOUT = frozenset(["student", "name"])
-"""Keys beside the answers that say who the student is, which nobody believes."""
-
+# The line with which the answers begin; they may stand on it.
 _SECTION = re.compile(r"""["']?answers["']?\s*(?:$|#|:\s*(?P<value>[^\s#].*)?)""", re.IGNORECASE)
-"""The line with which the answers begin; they may stand on it."""
-
+# A line that says nothing: empty, a comment, or a mark of YAML.
 _SILENT = re.compile(r"#|%YAML|---\s*$|\.\.\.\s*$|$")
-"""A line that says nothing: empty, a comment, or a mark of YAML."""
-
+# The beginning of a line that continues the one before, however it is indented.
 _GOES_ON = re.compile(r"[-+*/=&|)\]},;.<>^\\]")
-"""The beginning of a line that continues the one before, however it is indented."""
-
+# A name that is no part of a formula or an address, even if no blank stands behind its colon.
 _PLAIN = re.compile(r"[\w.()-]{1,20}")
-"""A name that is no part of a formula or an address, even if no blank stands behind its colon."""
-
+# A key that begins the next answer, also where a bracket before it was never closed.
 _KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
-"""A key that begins the next answer, also where a bracket before it was never closed."""
-
+# A number that may be the name of a question, with `=`, a dot, or a blank behind it.
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
-"""A number that may be the name of a question, with `=`, a dot, or a blank behind it."""
-
+# A line that begins with the name of a question in a bullet, a heading, bold letters or a table.
 _DRESSED = re.compile(
     r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
     (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
@@ -52,24 +44,20 @@ _DRESSED = re.compile(
     (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S))?
     \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
 )
-"""A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
-
+# The heads of a table of csv that has a question and its answer in each line.
 _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
     r"\s*[\"']?(?:answer|antwort|réponse|respuesta|result|value)s?[\"']?[ \t]*(?=\r?\n)"
 )
-"""The heads of a table of csv that has a question and its answer in each line."""
-
+# Characters that no text has; form feeds may stand in one.
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
-"""Characters that no text has; form feeds may stand in one."""
-
 _QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 _ESCAPE = re.compile(r"\\([a-zA-Z]+|.)")
+# Commands of LaTeX: some begin like an escape of YAML, such as `\t`, and all others do not.
 _LATEX = re.compile(
     r"[^0abtnvfreNLPxuU\W\d_].*|alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|"
     r"right|rm|tan|tau|text|tfrac|theta|times|varphi|vartheta|vec"
 )
-"""Commands of LaTeX: some begin like an escape of YAML, such as `\\t`, and all others do not."""
 
 
 def folded(id: str) -> str:

@@ -31,21 +31,12 @@ from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.typed import last_member, undecorated
 
-Entry: TypeAlias = TypedNumber | tree.Node
-"""An entry of an answer: a number as it was typed, or a tree."""
-
-Right: TypeAlias = float | tree.Node
-"""An entry of a key: a number in SI units, or a tree."""
-
-Same: TypeAlias = bool | str
-"""Whether two entries are the same, or the reason why that is open."""
-
-NOISE = 1e-12
-"""A number below this, in units of the largest beside it, is zero but for rounding."""
-
+Entry: TypeAlias = TypedNumber | tree.Node  # an entry of an answer: a number as it was typed, or a tree
+Right: TypeAlias = float | tree.Node  # an entry of a key: a number in SI units, or a tree
+Same: TypeAlias = bool | str  # whether two entries are the same, or the reason why that is open
+NOISE = 1e-12  # a number below this, in units of the largest beside it, is zero but for rounding
+# The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up.
 WIDEST = 0.05
-"""The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up."""
-
 T = TypeVar("T")
 
 

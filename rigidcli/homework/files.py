@@ -23,16 +23,10 @@ from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.names import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted, words_of
 
-MOST_BYTES = 1_000_000
-"""The most bytes of an answer file, and of a file that it names."""
-
-MOST_FILES = 50_000
-"""The most files of an archive that are unpacked, and of a folder whose names are read."""
-
+MOST_BYTES = 1_000_000  # the most bytes of an answer file, and of a file that it names
+MOST_FILES = 50_000  # the most files of an archive that are unpacked, and of a folder whose names are read
 GRADESCOPE = "submission_metadata.yml"  # the list of who has submitted what in Gradescope's export
-
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
-
 # Windows has no links to follow or pipes to wait for in opening, and its text mode would change bytes.
 _FLAGS = ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY")
 
@@ -214,22 +208,15 @@ class Bounds(NamedTuple):
 
 CLASS = Bounds(files=MOST_FILES, bytes=500_000_000)  # a class of thousands
 HAND_IN = Bounds(files=200, bytes=5_000_000)  # what a student hands in
-
+# The most parts of a name in an archive: a download has two or three, and a student may add some.
 MOST_FOLDERS = 9
-"""The most parts of a name in an archive: a download has two or three, and a student may add some."""
-
-ELSEWHERE = frozenset("/\\:\0")
-"""Characters that separate folders or drives on some system, and NUL."""
-
+ELSEWHERE = frozenset("/\\:\0")  # characters that separate folders or drives on some system, and NUL
+# Beginnings of names that are ignored: systems add such files to folders and archives.
 HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
-"""Beginnings of names that are ignored: systems add such files to folders and archives."""
-
 _UTF8 = 0x800  # the flag of an entry whose name is in UTF-8
-
 _DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")  # on Windows, with any ending
-
+# What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form.
 BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError, ValueError, EOFError)
-"""What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form."""
 
 
 def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:

@@ -24,25 +24,20 @@ from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, usable_cores
 
+# Endings of data files and of tables that platforms add: none of them is an answer file.
 TABLES = frozenset([".csv", ".tsv", ".npy", ".xls", ".xlsx", ".ods", ".html", ".htm"])
-"""Endings of data files and of tables that platforms add: none of them is an answer file."""
-
+# With so many answer files, or folders, in it a folder is that of the class, and not of a student.
 LEAST_OF_CLASS = 4
-"""With so many answer files, or folders, in it a folder is that of the class, and not of a student."""
-
-MOST_OPENED = 30
-"""The most files of a student that are opened to see whether they answer a question."""
-
+MOST_OPENED = 30  # the most files of a student that are opened to see whether they answer a question
+# Files that people hand in and this program does not read, by their first bytes.
 UNREAD_FILES = {
     b"%PDF": "a PDF",
     **dict.fromkeys([b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"], "a picture"),
     **dict.fromkeys([b"{\\rtf", b"\xd0\xcf\x11\xe0"], "a Word file"),
     b"PK": "a zip",
 }
-"""Files that people hand in and this program does not read, by their first bytes."""
-
+# What zips with other endings are.
 OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a Pages file"}
-"""What zips with other endings are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +139,8 @@ def unnamed(others: Sequence[HandedFile], judgements: Iterable[Judgement]) -> li
 
 # --- whose a file is
 
+# The owner of a file, and words of its name that are common to all names beside it.
 _Found = tuple[Owner, Collection[str]]
-"""The owner of a file, and words of its name that are common to all names beside it."""
 
 
 def _owners(places: Sequence[HandedFile], roster: Roster | None) -> Mapping[HandedFile, _Found]:

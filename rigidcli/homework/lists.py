@@ -33,15 +33,13 @@ from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
 from rigidcli.language.words import CALLED
 
+# The most brackets of a text that are looked into for a list, as each look reads all that is inside.
 MOST_BRACKETS = 40
-"""The most brackets of a text that are looked into for a list, as each look reads all that is inside."""
-
 _OPEN, _CLOSE = "[({", "])}"
 _NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
+# What stands between `I1 = 3` and the next name with a digit, or of one letter.
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
-"""What stands between `I1 = 3` and the next name with a digit, or of one letter."""
-
 _ARRAY = re.compile(
     r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec|[Tt]ranspose)\s*(?=[(\[])"
 )
@@ -107,8 +105,8 @@ def closings_of(text: str) -> dict[int, int]:
     return ends
 
 
+# A divisor behind the brackets of a list, and its unit: `/sqrt(2) m`.
 _DIVIDED = re.compile(rf"(?s)/\s*((?:\\?sqrt|√)?\s*[({{]?{DECIMAL}[)}}]?)\s*(.*)")
-"""A divisor behind the brackets of a list, and its unit: `/sqrt(2) m`."""
 
 
 def _parts(text: str) -> tuple[str, str, str]:
@@ -193,10 +191,10 @@ def _blanks(piece: str) -> list[str]:
     return numbers if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
+# Signs with blanks beside them inside a formula, and a function before its argument: `cos phi`.
 _JOINED = re.compile(
     rf"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+|(?<![^\W\d_])({'|'.join(sorted(CALLED))})\s+(?=[^\W\d])"
 )
-"""Signs with blanks beside them inside a formula, and a function before its argument: `cos phi`."""
 
 
 def _formulas(row: str) -> list[str]:
@@ -247,11 +245,11 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
     return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
 
 
+# An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`.
 _UNIT_TAIL = re.compile(
     rf"(?s)(?P<entry>.*[\d)\]])\s++(?P<unit>(?![\d+*/^)\]-]|(?i:{'|'.join(sorted(CALLED))})\b)"
     r"[^()]*(?:\([^()]*\)[^()]*)*)"
 )
-"""An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`."""
 
 
 def _with_unit_of_last(entries: Tree) -> Tree:
@@ -323,11 +321,9 @@ def _separated(text: str) -> str:
 # --- sums of unit vectors
 
 AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
-
-_E = "\ue000"
-"""The sign that stands before the axis of a unit vector, once it is found."""
-
+_E = "\ue000"  # the sign that stands before the axis of a unit vector, once it is found
 _DRESS = r"\\(?:hat|vec|mathbf|mathrm|boldsymbol|bm|bf|widehat|overrightarrow)\s*"
+# Unit vectors in LaTeX, with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
 _UNIT_VECTORS = (
     re.compile(
         rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*(?:e\s*\}}*\s*_\s*\{{?\s*([xyz123])"
@@ -337,8 +333,6 @@ _UNIT_VECTORS = (
     re.compile(r"(?<![A-Za-z_\\])(?:e_?\{?([xyz123])\}?|([ijk]))(?![\w(\ue000])"),
     re.compile(r"(?<![A-Za-z_\\])([xyz])(?![\w(])"),
 )
-"""Unit vectors in LaTeX, with hats, as `e_x` and `i`, and as bare letters; the first kind found counts."""
-
 _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
 
@@ -383,12 +377,10 @@ def _in_unit_vectors(text: str) -> list[str] | None:
 # --- tables: a line with the names of the columns, then a line of numbers for each row
 
 TIME = "t"
-
 SECOND = parse_unit("s")
-
 _UNIT_OF_HEAD = re.compile(r"(?P<name>[^(\[/]*?)\s*[(\[/](?P<unit>.*?)[)\]]?")
+# A decimal number within the range of numbers; others, and expressions, take longer to read.
 _PLAIN_NUMBER = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,2})?")
-"""A decimal number within the range of numbers; others, and expressions, take longer to read."""
 
 
 @dataclass(frozen=True, slots=True)

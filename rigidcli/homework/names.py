@@ -14,12 +14,10 @@ from pathlib import Path, PurePath
 
 from rigidcli.errors import printable, shown
 
+# Ends of the names of answer files, in small letters or capitals.
 SUFFIXES = frozenset([".yaml", ".yml", ".json"])
-"""Ends of the names of answer files, in small letters or capitals."""
-
+# Ends of the names of files that may be answers, too, if they answer a question.
 TEXTS = frozenset([*SUFFIXES, "", ".txt", ".text", ".md", ".markdown"])
-"""Ends of the names of files that may be answers, too, if they answer a question."""
-
 ARCHIVE = ".zip"
 
 
@@ -47,13 +45,10 @@ def noted(what: str, names: Sequence[str]) -> list[str]:
 # --- words
 
 _WORD = re.compile(r"[^\W_]+")
-
+# Letters that Unicode does not take apart into a letter and an accent.
 _PLAIN = str.maketrans(dict(zip("øåæœłđðþı", ["o", "a", "ae", "oe", "l", "d", "d", "th", "i"], strict=True)))
-"""Letters that Unicode does not take apart into a letter and an accent."""
-
+# Letters as people write them who have no such keys; an accent is left away otherwise.
 _TRANSCRIBED = _PLAIN | str.maketrans(dict(zip("äöüøå", ["ae", "oe", "ue", "oe", "aa"], strict=True)))
-"""Letters as people write them who have no such keys; an accent is left away otherwise."""
-
 _APOSTROPHES = re.compile("['’ʼ`´‘]")
 
 
@@ -77,9 +72,8 @@ def spellings(name: str) -> set[tuple[str, ...]]:
 # --- what platforms put before names
 
 _ROWS = csv.DictReader(Path(__file__).with_name("platforms.csv").read_text("utf-8").splitlines())
-
+# How platforms name a hand-in: a name or login, a number, and the student's own name of the file.
 FORMS = {row["platform"]: re.compile(row["form"]) for row in _ROWS}
-"""How platforms name a hand-in: a name or login, a number, and the student's own name of the file."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,13 +48,10 @@ from rigidcli.language.typed import (
 )
 
 LONGEST_NUMBER = 400  # characters
-
+# The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
 ROUNDING = 1e-9
-"""The share of a number that rounding may change: a value on the very limit of a tolerance is accepted."""
-
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
-
 _KNOWN = frozenset(known_names())
 _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
@@ -65,48 +62,38 @@ _DECIMAL = re.compile(
     rf"(?:(?:\s*(?:\*\s*)?(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
+# A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`.
 _LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
-"""A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
-
+# The beginning of a remark in words, or of doubt: `(clockwise)`, `?`.
 _REMARK = re.compile(
     r"\s*[,(\[\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)|\s*(?=\?\s*\Z)"
 )
-"""The beginning of a remark in words, or of doubt: `(clockwise)`, `?`."""
-
+# A power of ten whose exponent came down to the line: `2.47 x 10-3`.
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
-"""A power of ten whose exponent came down to the line: `2.47 x 10-3`."""
-
+# What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`.
 _AGAIN = re.compile(
     r"\s*(?:[(\[]|[,;]?\s*\b(?:or|oder|ou|o|bzw\.?|i\.\s?e\.|that is|d\.\s?h\.|resp\.?)(?=\s)|[,;]\s"
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
-"""What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`."""
-
 _TERM = rf"[-+]?{DECIMAL}\s*[^\W\d_][^-+()]*"
-_SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")
-"""A sum of quantities: `10 J + 2.5 J`."""
-
+_SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
+# Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(
     r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not?|nicht|kein|non|pas|more|less|mehr|weniger|plus|moins"
     r"|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error"
     r"|negative?|minus|opposite|half|double|twice|squared|times|per)\b|\?"
 )
-"""Words behind an answer that may take it back."""
-
 _DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
-
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _T = TypeVar("_T")
 _Way = TypeVar("_Way")
+# Sums of names of energies before `=`, as in `T + V = 5 J`.
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
-"""Sums of names of energies before `=`, as in `T + V = 5 J`."""
-
+# How the readers of documents speak of their grammar, of which a student knows nothing.
 _GRAMMAR = re.compile(
     r"unexpected|no operator before|the expression ends|a unit (?:ends|of)|power .* in a unit|the unit is too"
 )
-"""How the readers of documents speak of their grammar, of which a student knows nothing."""
-
 _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
@@ -353,9 +340,9 @@ def _in_degrees(match: re.Match[str]) -> str:
 
 
 _POWERS_IN_WORDS = rules((r"\s*(?:\\|\b)squared\b", "^2"), (r"\s*(?:\\|\b)cubed\b", "^3"))
-
 _MINUTES = rf"(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
 _SECONDS = rf"(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec)"
+# Signs of units, mixed fractions and powers of ten, and their plain forms.
 _SIGNS = rules(
     (r"(?<=\d)~(?=[A-Za-z\\])", " "),  # the blank of LaTeX
     (r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°"),
@@ -373,10 +360,7 @@ _SIGNS = rules(
     ("[Å\u212b]", "angstrom"),
     ("μ(?=[A-Za-z])", "\N{MICRO SIGN}"),
 )
-"""Signs of units, mixed fractions and powers of ten, and their plain forms."""
-
-_IN_BRACKETS = re.compile(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z")
-"""A quantity in brackets: `(12.5 J)`."""
+_IN_BRACKETS = re.compile(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z")  # a quantity in brackets: `(12.5 J)`
 
 
 def _value(text: str) -> tuple[tree.Node, str | None]:
@@ -499,6 +483,7 @@ def with_hint(problem: ValueProblem) -> str:
     return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"
 
 
+# What the readers of documents say of a formula, and what a student reads instead.
 _ADVICE = rules(
     (r"\A(?:`[(\[{]` is never closed|a brace `\{` is never closed)\Z", "a bracket is open: close it"),
     (r"\A(?:`\)`|a brace `\}`) closes nothing\Z", "a bracket is closed that was not opened"),
@@ -511,7 +496,6 @@ _ADVICE = rules(
     (r"\Aunexpected `([^`]*)` \((.*)\)\Z", r"`\1` has no place here: \2"),
     (r"\Aunexpected (`[^`]*`)\Z", r"\1 has no place here: write one formula with + - * / ^ and brackets"),
 )
-"""What the readers of documents say of a formula, and what a student reads instead."""
 
 
 def advice(problem: ValueProblem) -> str:

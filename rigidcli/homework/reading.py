@@ -35,12 +35,10 @@ from rigidcli.language.typed import cut, two_answers, undecorated, without_label
 from rigidcli.language.words import FUNCTIONS, Words, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
-
+# Functions that begin like an amplitude `a`.
 INVERSE = frozenset(name for name in FUNCTIONS if name[0] == "a" and name[1:] in FUNCTIONS)
-"""Functions that begin like an amplitude `a`."""
-
+# Names that usually belong to what moves, and so may have either sign; others are parameters.
 MOVING = re.compile(r"(x|y|z|q|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
-"""Names that usually belong to what moves, and so may have either sign; others are parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,11 +231,10 @@ def _worked_out(node: Node, names: Names) -> Node:
 
 
 _BLANK = re.compile(r"(?<=[\w)\]}$²³\u0307\u0308])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
-
+# What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many.
 _SURE_UNIT = re.compile(
     r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]|[/^]"
 )
-"""What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many."""
 
 
 def _without_tail(text: str) -> Iterator[str]:
@@ -252,11 +249,10 @@ def _without_tail(text: str) -> Iterator[str]:
 
 # --- without a question
 
+# Words, which may be the answer to a question with a choice.
 _WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
-"""Words, which may be the answer to a question with a choice."""
-
+# What stands in an equation of motion, and not in a formula that has a name and `=` before it.
 _EQUATION = re.compile(r"=\s*0\s*\Z|['′\N{COMBINING DOT ABOVE}].*=|dot|d\s*t")
-"""What stands in an equation of motion, and not in a formula that has a name and `=` before it."""
 
 
 def described(answer: Tree | Unreadable, path: Path) -> str:
@@ -302,8 +298,7 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
 
 # --- equations
 
-Sides: TypeAlias = tuple[str, Node, Node]
-"""The place of an equation in the answer, and its two sides."""
+Sides: TypeAlias = tuple[str, Node, Node]  # the place of an equation in the answer, and its two sides
 
 
 def read_equations(
@@ -393,22 +388,19 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         fails("wrong_shape", f"read {shown(answer)}, expected equations")
 
 
+# The law that an equation comes from, as in `xdot = dH/dp = p/m` in LaTeX.
 _LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")
-"""The law that an equation comes from, as in `xdot = dH/dp = p/m` in LaTeX."""
-
 _WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
+# A name with a colon or an arrow for `=`.
 _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
-"""A name with a colon or an arrow for `=`."""
-
+# What stands before an equation to count it, where brackets have been masked: `a)` and `(1)`.
 _PART = re.compile(
     r"(?:\A|(?<=\s))(?:[1-9a-h]|i{1,3})\)\s+|(?:\A|(?<=[\w)]\s))\([_1-9]\)\s+(?=[^\W\d]\w*dot\w*\s*=)"
 )
-"""What stands before an equation to count it, where brackets have been masked: `a)` and `(1)`."""
-
 _BETWEEN = re.compile(r"[\n;]|=>|\s\|\s|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
 _RATE = re.compile(r"\s*[^\W\d]\w*dot\w*\s*=")
+# What stands between two equations for derivatives, where nothing but a blank does.
 _NEXT_RATE = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
-"""What stands between two equations for derivatives, where nothing but a blank does."""
 
 
 def _equations_in(answer: str) -> Iterator[str]:

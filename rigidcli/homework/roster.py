@@ -18,29 +18,18 @@ from rigidcli.homework.spreadsheets import read_spreadsheet
 # The columns of a student's name, in one or in two, and those of logins and numbers.
 NAMES = ("Student", "LastName", "FirstName")
 LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
-
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
-
+# The letters of the heads of these columns and of those of Moodle's worksheet, and two sets of words.
 SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line in _LINES)}
-"""The letters of the heads of these columns and of those of Moodle's worksheet, and two sets of words."""
-
-TEST_STUDENT = "Student, Test"
-"""The student that Canvas adds to every course, who is nobody."""
-
+TEST_STUDENT = "Student, Test"  # the student that Canvas adds to every course, who is nobody
+# Rows in which the head of a list is looked for: Sakai has the title of the assignment above it.
 HEAD_ROWS = 6
-"""Rows in which the head of a list is looked for: Sakai has the title of the assignment above it."""
-
+# The fewest digits of a student's number within a longer name: shorter ones count days and weeks.
 FEWEST_DIGITS = 4
-"""The fewest digits of a student's number within a longer name: shorter ones count days and weeks."""
-
-LONGEST_RUN = 8
-"""The most words of a login, or of a name, that are tried as one word."""
-
-SILENT = frozenset(SPELLINGS["in names of files"])
-"""Words in names of files that name nobody."""
-
+LONGEST_RUN = 8  # the most words of a login, or of a name, that are tried as one word
+SILENT = frozenset(SPELLINGS["in names of files"])  # words in names of files that name nobody
+# What Moodle's grading worksheet calls a student: `Participant 5008`.
 _NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.IGNORECASE)
-"""What Moodle's grading worksheet calls a student: `Participant 5008`."""
 
 
 def columns_of(head: Sequence[str]) -> list[str]:

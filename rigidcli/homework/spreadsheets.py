@@ -19,11 +19,9 @@ from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.names import listed, noted
 
+# Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB.
 MOST_BYTES = 50_000_000
-"""Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB."""
-
-ROWS_TRIED = 20
-"""Rows by which the separator of cells is chosen."""
+ROWS_TRIED = 20  # rows by which the separator of cells is chosen
 
 
 def read_own(path: str | os.PathLike[str]) -> str:
@@ -98,8 +96,8 @@ def points_in(text: str) -> float | None:
 
 # --- scores by a person
 
+# The columns of a table of scores that a person has given; the last may be missing.
 COLUMNS = ("student", "question", "score", "reason")
-"""The columns of a table of scores that a person has given; the last may be missing."""
 
 
 class Score(NamedTuple):
