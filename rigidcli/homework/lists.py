@@ -397,7 +397,7 @@ class TypedColumn:
         if own is None:
             return self.values
         try:
-            return self.values * scale_in(own, (unit or own).dimension)
+            return self.values * scale_in(own, unit or own)
         except ValueProblem as problem:
             raise Unreadable("unit_incompatible", problem.message, place=shown(self.name)) from None
 

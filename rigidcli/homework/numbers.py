@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
-from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension
 from rigidcli.fields.units import (
     Unit,
     known_names,
@@ -110,7 +110,6 @@ class TypedNumber:
     scale: float
     unit: Unit | None = None
     mantissa: str = ""
-    power: int = 0
     before: tuple[str, ...] = ()
     remark: str = field(default="", compare=False)
 
@@ -123,7 +122,7 @@ class TypedNumber:
     @property
     def read_as(self) -> str:
         """The number as it is shown to the student."""
-        digits = f"{self.typed:.12g}" if not self.mantissa or self.power else f"{self.typed:.15g}"
+        digits = f"{self.typed:.15g}" if self.mantissa else f"{self.typed:.12g}"
         return digits if self.unit is None else f"{digits} {self.unit.text}"
 
 
@@ -155,13 +154,7 @@ def in_dimension(number: TypedNumber, unit: Unit | None) -> TypedNumber:
     """A number with its value in SI units, where a quantity like `unit` is asked. Raises ValueProblem."""
     if number.unit is None:
         return number
-    expected, given = DIMENSIONLESS if unit is None else unit.dimension, number.unit.dimension
-    scale = None
-    if unit is not None and unit.pi_power == expected.angle == given.cycle != 0 and not given.angle:
-        # A hertz is a turn in a second where the key counts turns or degrees.
-        expected = expected._replace(angle=0, cycle=given.cycle)
-        scale = scale_in(number.unit, expected) * (2 * math.pi) ** given.cycle
-    scale = scale or scale_in(number.unit, expected)
+    scale = scale_in(number.unit, unit or PURE)
     return replace(number, value=number.typed * scale, scale=scale)
 
 
@@ -226,29 +219,27 @@ def _variants(text: str) -> list[str]:
 def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
 
-    def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> TypedNumber:
+    def number(typed: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
-        return TypedNumber(_finite(typed * scale), typed, scale, own, mantissa, power, before)
+        return TypedNumber(_finite(typed * scale), typed, scale, own, mantissa, before)
 
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
-        power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
+        power = (decimal["e"] or decimal["p"] or "0").replace(" ", "")
         typed = float(f"{decimal['sign']}{mantissa}e{power}")
-        if typed == 0:
-            if mantissa.strip("0."):
-                raise ExpressionError("it is too small for a number")
-            power = 0
+        if typed == 0 and mantissa.strip("0."):
+            raise ExpressionError("it is too small for a number")
         if decimal["unit"] is None:
-            return [number(typed, None, mantissa, power)]
+            return [number(typed, None, mantissa)]
         if _SUM.fullmatch(text):
             return _sums(text, unit, place)
         units, remark = _units_before_words(decimal["unit"], unit, place)
-        return [replace(number(typed, own, mantissa, power), remark=remark) for own in units]
+        return [replace(number(typed, own, mantissa), remark=remark) for own in units]
     node, behind = _value(text)
     typed = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
         typed = 0.0 if abs(typed) < ROUNDING and is_zero(from_tree(node)) else typed
-    if behind is not None:
+    if behind:
         return [number(typed, own) for own in read_units(behind, unit, place)]
     if unit is None or not unit.dimension.angle or not _is_angle(node):
         return [number(typed, None)]
@@ -264,23 +255,19 @@ def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     if first.unit is None or len(kinds) > 1:
         raise ExpressionError("the terms of this sum have units of different kinds")
     value = sum((each.value for each in others), first.value)
-    return [replace(first, value=value, typed=value / first.scale, mantissa="", power=0)]
+    return [replace(first, value=value, typed=value / first.scale, mantissa="")]
 
 
 def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Sequence[Unit | None], str]:
     """The readings of a unit, and a remark behind it: `rad/s (clockwise)`. Raises Unreadable."""
-    problem: Unreadable | None = None
     for end in (len(text), *(remark.start() for remark in islice(_REMARK.finditer(text), 8))):
-        try:
+        with suppress(Unreadable):
             units = read_units(text[:end], unit, place) if end else [None]
             return units, text[end:].strip("()[], \n")
-        except Unreadable as unreadable:
-            problem = problem or unreadable
     if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
         words = f"read {shown(text)}: words behind the number, give the number and its unit"
         raise Unreadable("unit_incompatible", words, place=place)
-    assert problem is not None
-    raise problem
+    return read_units(text, unit, place), ""  # it says what is wrong
 
 
 def _is_angle(node: tree.Node) -> bool:
@@ -363,18 +350,15 @@ _SIGNS = rules(
 _IN_BRACKETS = re.compile(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z")  # a quantity in brackets: `(12.5 J)`
 
 
-def _value(text: str) -> tuple[tree.Node, str | None]:
+def _value(text: str) -> tuple[tree.Node, str]:
     """An expression without names, and the unit behind it, if there is one."""
-    for slip, advice in _SLIPS:
-        if slip.match(text):
-            raise ExpressionError(advice)
+    if _DIGITS_APART.match(text):
+        raise ExpressionError("nothing stands between digits")
     text = re.sub(r"\b(ln|exp|sin|cos|tan)(?=\d)", r"\1 ", text)
     blank = _BEHIND.search(text)
-    ways: list[tuple[str, str | None]] = []
+    ways = [] if blank is None else [(text[: blank.start()], text[blank.end() :])]
     if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
-        ways.append((text, None))
-    if blank is not None:
-        ways.append((text[: blank.start()], text[blank.end() :]))
+        ways.insert(0, (text, ""))
     for value, behind in ways:
         node = expressions(value, None, leading=False)[0]
         names = sorted(tree.names_in(node))
@@ -383,13 +367,8 @@ def _value(text: str) -> tuple[tree.Node, str | None]:
     raise ExpressionError(f"{shown(names[0])} has no value")
 
 
-_SLIPS = (
-    (re.compile(r".*[\w.)°%]\s*(?:\+/?-|±|-/?\+)", re.DOTALL), "an uncertainty is not read, give the value"),
-    (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
-    (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d(?!\s*/)"), "no blank stands between digits"),
-    (re.compile(r"[-+]?0[xXoObB]"), "expected decimal digits"),
-    (re.compile(r"[-+\s]*(?:inf|nan|\.inf|\.nan)", re.IGNORECASE), "expected a finite number"),
-)
+# Digits with a blank or a sign between them: `12 5`, `1_000`.
+_DIGITS_APART = re.compile(r"[-+]?\d[.,\d]*[\s_'][.,\s_']*\d(?!\s*/)")
 
 
 def _finite(value: float) -> float:
@@ -460,21 +439,20 @@ _WRITTEN_OUT = [
 ]
 
 
-def scale_in(unit: Unit, expected: Dimension) -> float:
-    """The size of a unit in SI units, where a quantity of dimension `expected` is asked.
+def scale_in(unit: Unit, asked: Unit) -> float:
+    """The size of a unit in SI units, where a quantity in the unit that is `asked` is expected.
 
-    Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and turns (`rev/s`, `rpm`, and
-    degrees, but not radians) are what a frequency counts. Raises ValueProblem where the unit does not fit.
+    Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and what a frequency counts are
+    turns (`rev/s`, `rpm`, and degrees, but not radians). Raises ValueProblem where the unit does not fit.
     """
-    given = unit.dimension
-    if expected == DIMENSIONLESS and given == ANGLE:
-        return unit.scale
-    if expected.cycle and given == expected._replace(cycle=0):
-        return unit.scale
-    turns = expected.cycle and given == expected._replace(cycle=0, angle=expected.cycle)
-    if turns and unit.pi_power == given.angle:
-        return unit.scale / (2 * math.pi) ** given.angle
-    check_dimension(unit.text, given, expected)
+    given, expected = unit.dimension, asked.dimension
+    for frequency, other, sign in ((expected, unit, -1), (given, asked, 1)):
+        turning = frequency._replace(cycle=0, angle=frequency.cycle)
+        if other.dimension == turning and other.pi_power == turning.angle != 0:
+            return unit.scale * (2 * math.pi) ** (sign * turning.angle)
+    is_hertz = expected.cycle and given == expected._replace(cycle=0)
+    if not is_hertz and (given, expected) != (ANGLE, DIMENSIONLESS):
+        check_dimension(unit.text, given, expected)
     return unit.scale
 
 
