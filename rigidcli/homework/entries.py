@@ -134,11 +134,10 @@ class Ruler:
     def is_short(self, entry: Entry, right: Right) -> bool:
         """Whether an entry is the number of the key, rounded to one figure less than is asked."""
         figures = (self.tolerance.significant_figures or 1) - 1
-        fewer = self.tolerance.model_copy(
-            update={"significant_figures": figures, "relative": None, "absolute": None}
-        )
-        is_decimal = isinstance(entry, TypedNumber) and 0 < figures == entry.figures
-        return is_decimal and replace(self, tolerance=fewer).same(entry, right) is True
+        if not isinstance(entry, TypedNumber) or not 0 < figures == entry.figures:
+            return False
+        fewer = replace(self, tolerance=Tolerance(significant_figures=figures))
+        return fewer.same(entry, right) is True
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
         """Whether two entries of one answer, or of one key, are certainly not the same."""
@@ -204,9 +203,6 @@ class Ruler:
         return self.unit is not None and self.unit.dimension not in (DIMENSIONLESS, ANGLE)
 
 
-# --- reading
-
-
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """The entries as they were read, in words for the student."""
     return [entry.read_as if isinstance(entry, TypedNumber) else without_doubt(entry) for entry in entries]
@@ -227,13 +223,8 @@ def literal(source: KeySource, table: Array, places: Sequence[str]) -> tuple[Rul
     try:
         units = [each.unit for cell in cells if (each := readings_of(cell)[0]).unit is not None]
     except Unreadable:
-        symbols = source.question.symbols
-        trees = (
-            []
-            if symbols
-            else [read_expression(cell, None, place) for cell, place in zip(cells, places, strict=True)]
-        )
-        ruler = _with_symbols(ruler, source, trees)
+        pairs = () if source.question.symbols else zip(cells, places, strict=True)
+        ruler = _with_symbols(ruler, source, [read_expression(cell, None, place) for cell, place in pairs])
         return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
     return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
@@ -252,7 +243,7 @@ def computed(source: KeySource, value: Any) -> tuple[Ruler, Array]:
 
 def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) -> tuple[Ruler, Array]:
     """The ruler with the largest number, and the numbers without rounding noise."""
-    ruler = replace(ruler, largest=max(ruler.largest, *map(abs, numbers)) if numbers else ruler.largest)
+    ruler = replace(ruler, largest=max([ruler.largest, *map(abs, numbers)]))
     return ruler, ruler.entries(np.reshape(numbers, shape))
 
 
@@ -272,7 +263,7 @@ def beside(source: KeySource) -> float:
         if "center_of_mass" in source.path:
             return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
         for step in source.path[1:]:
-            result = result[int(step)] if step.isdecimal() else result[step]
+            result = result[step]
             if isinstance(result, list | np.ndarray):
                 return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))
     return 0.0

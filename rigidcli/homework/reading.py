@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import symbol, total
+from rigidcli.algebra.expressions import number, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.parameters import read_name
@@ -30,7 +30,7 @@ from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
-from rigidcli.language.tree import Call, Name, Node, names_in, nodes
+from rigidcli.language.tree import Call, Node, names_in, nodes
 from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, unknown
 
@@ -99,11 +99,12 @@ def names_of(source: KeySource, used: Iterable[str] = ()) -> Names:
     values, derived, of_document = dict[str, Node](), dict[str, Node](), dict[str, Domain]()
     if document is not None:
         for name, value in document.values.items():
-            if (number := document.arithmetic.value(value)) is not None:
-                values[name] = exactly(float(number))
+            if (known := document.arithmetic.value(value)) is not None:
+                values[name] = exactly(float(known))
         for name, definition in document.definitions.items():
             own = values.get(name, tree.ONE)
-            of_document[name] = "real" if isinstance(own, tree.Negative) or own == ZERO else "positive"
+            is_positive = own != exactly(0.0) and not isinstance(own, tree.Negative)
+            of_document[name] = "positive" if is_positive else "real"
             if definition is not None and definition.names and name not in listed:
                 derived[name] = definition.root
         if document.transform is not None and "transform" in source.path:
@@ -138,13 +139,7 @@ def _moving(source: KeySource) -> tuple[tuple[str, ...], tuple[str, ...], tuple[
 
 def exactly(value: float) -> Node:
     """A number as the quotient of two whole ones: a decimal would stand for all that rounds to it."""
-    above, below = Fraction(repr(value)).as_integer_ratio()
-    whole, divisor = (tree.Number(str(abs(part)), float(abs(part))) for part in (above, below))
-    node: Node = whole if below == 1 else tree.Product((whole, tree.Reciprocal(divisor)))
-    return tree.Negative(node) if above < 0 else node
-
-
-ZERO = exactly(0.0)
+    return to_tree(number(Fraction(repr(value))))
 
 
 def spellings(
@@ -176,9 +171,7 @@ def in_other_letters(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 
 def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
     """The formula of a key: the most usual reading, in which `asin` is the inverse. Raises Unreadable."""
-    several = read_expressions(answer, names, place, leading=leading)
-    inverse = [each for each in several if len(several) > 1 and _inverses(each) > _inverses(several[0])]
-    return [*inverse, *several][0]
+    return max(read_expressions(answer, names, place, leading=leading), key=_inverses)
 
 
 def _inverses(node: Node) -> int:
@@ -324,13 +317,13 @@ def read_equations(
     keys = [members[0].strip() for _, members, is_key in equations if is_key]
     if names is not None:
         keys = [names.words.meaning(key) or key for key in keys]
-    short = len(keys) == len(equations) and all(key in tops for key in keys)
+    are_short = len(keys) == len(equations) and all(key in tops for key in keys)
     sides, others = list[Sides](), chained if chained is not None else []
     for count, (place, (first, *between, last), _) in enumerate(equations):
         try:
-            above: Sequence[Node] = [Name(tops[keys[count]])] if short else []
-            above = above or read_expressions(first, names, place, leading=False)
-            pairs = list(product(above, read_expressions(last, names, place, leading=False)))
+            first = tops[keys[count]] if are_short else first
+            readings = [read_expressions(side, names, place, leading=False) for side in (first, last)]
+            pairs = list(product(*readings))
             left, below = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
             sides.append((place, left, below))
             for member in between:
