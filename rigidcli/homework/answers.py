@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from rigidcli.document.yaml_reader import read_tree
-from rigidcli.errors import DocumentError, Problem, shown
+from rigidcli.errors import DocumentError, shown
 from rigidcli.homework.base import Tree, Unreadable
 
 # Answers by the names of questions; one that cannot be read is what is wrong with it.
@@ -70,7 +70,10 @@ def tree_of(text: str) -> Tree:
     try:
         return read_tree(text, "", typed=True)
     except DocumentError as error:
-        raise _unreadable(error.problems[0]) from None
+        problem = error.problems[0]
+    place = "" if problem.line is None else f"line {problem.line}: "
+    message = ": ".join(filter(None, [place + problem.message, problem.hint]))
+    raise Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)
 
 
 def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[str]]:
@@ -113,9 +116,8 @@ def _undressed(text: str, names: Collection[str]) -> str:
 
     So do dashes behind the names of several questions, and of all: one alone might be a minus sign.
     """
-    lines = text.splitlines()
+    lines, plain = text.splitlines(), 0
     found: dict[int, re.Match[str]] = {}
-    plain = 0
     for place, line in enumerate(lines):
         match = _DRESSED.fullmatch(line.rstrip())
         is_section = _SECTION.match(line.strip())  # and no `answer` to a question named s
@@ -130,20 +132,18 @@ def _undressed(text: str, names: Collection[str]) -> str:
     for place in dashed if plain or len(dashed) < 2 else ():
         del found[place]
     named = [folded(match["name"]) for match in found.values()]
-    are_bullets = all(match["marks"].strip() in ("-", "*", "+", "•") for match in found.values())
-    is_repeated = len(set(named)) < len(named)
+    marks = {match["marks"].strip() for match in found.values()}
+    is_too_few = marks <= {"-", "*", "+", "•"} and 2 * len(named) < len(names)
     keys = sum(1 for place, line in enumerate(lines) if place not in found and _KEY.match(f"{line.strip()} "))
-    if not found or is_repeated or keys > len(found) + 2 or (are_bullets and 2 * len(named) < len(names)):
+    if not found or len(set(named)) < len(named) or keys > len(found) + 2 or is_too_few:
         return text
-    is_table = any("|" in match["marks"] for match in found.values())
-    written, is_below = list[str](), False
+    first, is_table, written = min(found), "|" in "".join(marks), list[str]()
     for place, line in enumerate(lines):
         if match := found.get(place):
             rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
             written.append(f"{match['indent']}{match['name']}: {rest}")
-            is_below = True
-        elif not (line.lstrip().startswith("|") and is_table):
-            is_deeper = is_below and line.strip() and not _SECTION.match(line.strip())
+        elif not (is_table and line.lstrip().startswith("|")):
+            is_deeper = place > first and line.strip() and not _SECTION.match(line.strip())
             written.append(f"  {line}" if is_deeper else line)
     return "\n".join(written)
 
@@ -170,12 +170,6 @@ def _of_tree(tree: Tree, names: Collection[str]) -> Answers:
     raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
 
 
-def _unreadable(problem: Problem) -> Unreadable:
-    place = "" if problem.line is None else f"line {problem.line}: "
-    message = ": ".join(filter(None, [place + problem.message, problem.hint]))
-    return Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)
-
-
 @dataclass(slots=True)
 class _Entry:
     """One answer: its `name`, its lines, the `number` of the first one in the file, and its indentation."""
@@ -187,7 +181,6 @@ class _Entry:
     open: int = 0
 
     def add(self, line: str) -> None:
-        """Add a line, and count the brackets that are open after it."""
         self.lines.append(line)
         self.open += sum(line.count(bracket) for bracket in "([{") - sum(line.count(end) for end in ")]}")
 
@@ -272,8 +265,7 @@ def _head(text: str, names: Sequence[str], *, is_below: bool) -> tuple[str, str]
 
 def _by_name(entries: Sequence[_Entry], names: Collection[str]) -> Answers:
     """The answers by name; a name that stands twice has no answer."""
-    spelled: dict[str, str] = {}
-    answers: Answers = {}
+    spelled, answers = dict[str, str](), Answers()
     for entry in entries:
         key = folded(entry.name)
         if key in spelled:
