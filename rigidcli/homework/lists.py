@@ -237,12 +237,12 @@ def _on_diagonal(entries: list[Tree]) -> Tree:
 
 
 def _moved(entry: Tree, factor: str, unit: str) -> Tree:
-    """The entries of a list with its factor and its unit, of which one may be empty."""
+    """The entries of a list with its factor and its unit, which may be empty."""
     if isinstance(entry, list):
         return [_moved(each, factor, unit) for each in entry]
     if isinstance(entry, dict):
         return {name: _moved(each, factor, unit) for name, each in entry.items()}
-    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
+    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}".rstrip()
 
 
 # An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`.
@@ -337,7 +337,7 @@ _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
 
 
-def _in_unit_vectors(text: str) -> list[str] | None:
+def _in_unit_vectors(text: str) -> Tree:
     """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
     text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
     text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip(" \t\n$")
@@ -370,8 +370,7 @@ def _in_unit_vectors(text: str) -> list[str] | None:
         factor, unit = f"({factor or 1})/{divided[1]}", divided[2]
     if unit.startswith(("*", "/")):
         return None
-    written = [f"({factor})*({each or 0})" if factor else each or "0" for each in components]
-    return [f"{component} {unit}".strip() for component in written]
+    return _moved([component or "0" for component in components], factor, unit)
 
 
 # --- tables: a line with the names of the columns, then a line of numbers for each row
@@ -522,10 +521,9 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, TypedColumn]:
 
 def _times(span: Tree) -> Floats:
     """Times from `start` to `stop`, at least as dense as `step`. Raises ValueProblem."""
-    try:
+    start = stop = step = 0.0
+    with suppress(Unreadable, TypeError, ValueError):
         start, stop, step = (read_numbers(entry, SECOND)[0].value for entry in span)
-    except (Unreadable, TypeError, ValueError):
-        start, stop, step = 0.0, 0.0, 0.0
     if not (start < stop and 0 < step <= stop - start and (stop - start) / step < 1_000_000):
         hint = "write three numbers, the start before the stop, and a step that fits between"
         raise ValueProblem("expected `[start, stop, step]`", path=("answer", TIME), hint=hint)

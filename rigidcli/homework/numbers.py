@@ -31,21 +31,10 @@ from rigidcli.fields.units import (
 )
 from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.language import tree
+from rigidcli.language import tree, typed
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.typed import (
-    DECIMAL,
-    TWO_ANSWERS,
-    expressions,
-    is_label,
-    last_member,
-    second_name,
-    slopes,
-    undecorated,
-    without_uncertainty,
-)
 
 LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
@@ -57,7 +46,7 @@ _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d]
 _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
-    rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{DECIMAL}))"
+    rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{typed.DECIMAL}))"
     r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
     rf"(?:(?:\s*(?:\*\s*)?(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
@@ -69,14 +58,14 @@ _REMARK = re.compile(
     r"\s*[,(\[\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)|\s*(?=\?\s*\Z)"
 )
 # A power of ten whose exponent came down to the line: `2.47 x 10-3`.
-_POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
+_POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{typed.DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
 # What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`.
 _AGAIN = re.compile(
     r"\s*(?:[(\[]|[,;]?\s*\b(?:or|oder|ou|o|bzw\.?|i\.\s?e\.|that is|d\.\s?h\.|resp\.?)(?=\s)|[,;]\s"
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
-_TERM = rf"[-+]?{DECIMAL}\s*[^\W\d_][^-+()]*"
+_TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(
@@ -172,8 +161,8 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     if len(told) == 2 and (equal := _told_twice(told[0], told[1], unit, place)):
         return equal
     try:
-        last, before = last_member(plain(undecorated(rewritten(text, _SIGNS))))
-        last = _IN_BRACKETS.sub(r"\1", without_uncertainty(undecorated(last)).strip())
+        last, before = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
+        last = _IN_BRACKETS.sub(r"\1", typed.without_uncertainty(typed.undecorated(last)).strip())
         found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _variants(last))
         return list(chain(*found))
     except ExpressionError as error:
@@ -196,7 +185,7 @@ def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[T
     equal = [one for one in first if any(_agree(one, other) for other in second)]
     # Behind a bracket, a number without a unit may be a factor.
     if first and not equal and any(other.unit is not None for other in second):
-        raise Unreadable("wrong_shape", TWO_ANSWERS, place=place)
+        raise Unreadable("wrong_shape", typed.TWO_ANSWERS, place=place)
     return equal
 
 
@@ -219,33 +208,33 @@ def _variants(text: str) -> list[str]:
 def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
 
-    def number(typed: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
+    def number(amount: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
-        return TypedNumber(_finite(typed * scale), typed, scale, own, mantissa, before)
+        return TypedNumber(_finite(amount * scale), amount, scale, own, mantissa, before)
 
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
         power = (decimal["e"] or decimal["p"] or "0").replace(" ", "")
-        typed = float(f"{decimal['sign']}{mantissa}e{power}")
-        if typed == 0 and mantissa.strip("0."):
+        amount = float(f"{decimal['sign']}{mantissa}e{power}")
+        if amount == 0 and mantissa.strip("0."):
             raise ExpressionError("it is too small for a number")
         if decimal["unit"] is None:
-            return [number(typed, None, mantissa)]
+            return [number(amount, None, mantissa)]
         if _SUM.fullmatch(text):
             return _sums(text, unit, place)
         units, remark = _units_before_words(decimal["unit"], unit, place)
-        return [replace(number(typed, own, mantissa), remark=remark) for own in units]
+        return [replace(number(amount, own, mantissa), remark=remark) for own in units]
     node, behind = _value(text)
-    typed = _finite(real(node, {}))
+    amount = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
-        typed = 0.0 if abs(typed) < ROUNDING and is_zero(from_tree(node)) else typed
+        amount = 0.0 if abs(amount) < ROUNDING and is_zero(from_tree(node)) else amount
     if behind:
-        return [number(typed, own) for own in read_units(behind, unit, place)]
+        return [number(amount, own) for own in read_units(behind, unit, place)]
     if unit is None or not unit.dimension.angle or not _is_angle(node):
-        return [number(typed, None)]
+        return [number(amount, None)]
     text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
-    in_si = number(typed, Unit(text, Fraction(1), 0, unit.dimension))
-    return [in_si] if unit.dimension == ANGLE else [number(typed, None), in_si]
+    in_si = number(amount, Unit(text, Fraction(1), 0, unit.dimension))
+    return [in_si] if unit.dimension == ANGLE else [number(amount, None), in_si]
 
 
 def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
@@ -297,15 +286,15 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             return None if text is None else read(text)
 
     for place, member in enumerate(before):
-        is_name = place == 0 and is_label(slopes(member))
+        is_name = place == 0 and typed.is_label(typed.slopes(member))
         if is_name and len(member.split()) == 1:
             continue
         if is_name and _DENIED.match(member):
             return taken_back(member)
         own = value(member)
-        second = value(second_name(member)) if place else None
+        second = value(typed.second_name(member)) if place else None
         if second is not None and own in (None, second):  # the name behind it begins another answer
-            raise Unreadable("wrong_shape", TWO_ANSWERS)
+            raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
         if own is None and place == 0 and not is_name and not _ENERGIES.fullmatch(member):
             return f"what stands before `=` is no name: {shown(member.strip())}"
         if own is not None and not is_equal(own):
@@ -327,8 +316,8 @@ def _in_degrees(match: re.Match[str]) -> str:
 
 
 _POWERS_IN_WORDS = rules((r"\s*(?:\\|\b)squared\b", "^2"), (r"\s*(?:\\|\b)cubed\b", "^3"))
-_MINUTES = rf"(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
-_SECONDS = rf"(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec)"
+_MINUTES = rf"(?P<min>{typed.DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
+_SECONDS = rf"(?P<sec>{typed.DECIMAL})\s*(?:\"|″|''|”|arcsec)"
 # Signs of units, mixed fractions and powers of ten, and their plain forms.
 _SIGNS = rules(
     (r"(?<=\d)~(?=[A-Za-z\\])", " "),  # the blank of LaTeX
@@ -360,7 +349,7 @@ def _value(text: str) -> tuple[tree.Node, str]:
     if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
         ways.insert(0, (text, ""))
     for value, behind in ways:
-        node = expressions(value, None, leading=False)[0]
+        node = typed.expressions(value, None, leading=False)[0]
         names = sorted(tree.names_in(node))
         if not names:
             return node, behind
