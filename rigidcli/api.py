@@ -19,7 +19,7 @@ from rigidcli.document.load import MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, guess, shown
 from rigidcli.homework import Feedback
 from rigidcli.result import Result
-from rigidcli.studies.results import RESULTS
+from rigidcli.studies.common import RESULTS
 
 HELP = """{about}
 

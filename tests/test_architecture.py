@@ -27,8 +27,8 @@ from rigidcli.homework.question import Credited, KindName
 from rigidcli.homework.reports.formats import FORMATS
 from rigidcli.render import TRAITS, Format, renderer
 from rigidcli.render.plots import LIBRARIES
+from rigidcli.studies.common import RESULTS
 from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
-from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3103,  # sizes count nodes; conserved quantities have parameters as coefficients

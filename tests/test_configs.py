@@ -20,7 +20,7 @@ import rigidcli
 from rigidcli import STUDIES
 from rigidcli.errors import ComputationError
 from rigidcli.render import TRAITS, Format, Look, formats_of, renderer
-from rigidcli.studies.results import RESULTS
+from rigidcli.studies.common import RESULTS
 
 from .conftest import ROOT, Program
 from .markup import markup

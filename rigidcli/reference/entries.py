@@ -27,7 +27,7 @@ from rigidcli.homework.question import AnswerFile, Assignment
 from rigidcli.language.words import ALIASES, CONSTANTS, FUNCTIONS, NOTATION, QUANTITIES
 from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
-from rigidcli.studies.results import RESULTS
+from rigidcli.studies.common import RESULTS
 
 Schema: TypeAlias = Mapping[str, Any]
 """The JSON Schema of a value."""

@@ -14,8 +14,7 @@ from rigidcli.core.tensor import LEAST_MOMENT, ROUNDING_OF_SUM
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, yes_or_no
-from rigidcli.studies.common import SHOWN_DIGITS, if_known
-from rigidcli.studies.results import field_of
+from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known
 
 if TYPE_CHECKING:
     from rigidcli.bodies.tops import HeavyTop

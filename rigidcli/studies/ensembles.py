@@ -13,9 +13,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.document.document import Document
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Column, Field, Report, Table, single_cells
-from rigidcli.studies.common import SHOWN_DIGITS, require_values
+from rigidcli.studies.common import SHOWN_DIGITS, field_of, require_values
 from rigidcli.studies.pictures import ANY, BEST
-from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.document.motion import Motion

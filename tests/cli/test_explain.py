@@ -15,7 +15,7 @@ from rigidcli.homework.base import CODES
 from rigidcli.language.words import FUNCTIONS
 from rigidcli.reference.entries import entries, written
 from rigidcli.reference.pages import ENTRIES, Entry, explain, overview
-from rigidcli.studies.results import RESULTS
+from rigidcli.studies.common import RESULTS
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 from tests.tables import rows_of

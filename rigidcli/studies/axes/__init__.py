@@ -23,9 +23,8 @@ from rigidcli.studies.body import (
     mesh_fields,
     require_one_start,
 )
-from rigidcli.studies.common import if_known, report, value_of
+from rigidcli.studies.common import field_of, if_known, report, value_of
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import field_of
 
 SCHEMA = "rigidcli.axes/1"
 

@@ -13,11 +13,10 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
 from rigidcli.report import Column, Field, Report, Step, Table, yes_or_no
-from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
+from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import field_of
 
 SCHEMA = "rigidcli.euler/1"
 

@@ -18,10 +18,9 @@ from rigidcli.core.solution import digits
 from rigidcli.core.tensor import rotate
 from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
-from rigidcli.studies.common import report
+from rigidcli.studies.common import field_of, report
 from rigidcli.studies.ensembles import Form, StartReport, with_start
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
-from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.studies.euler.driven import Samples, Starts

@@ -23,8 +23,7 @@ from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
-from rigidcli.studies.common import noise, require_values
-from rigidcli.studies.results import RESULTS
+from rigidcli.studies.common import RESULTS, noise, require_values
 
 Gained: TypeAlias = Callable[[float, float], Floats]
 """The work and the impulse of a torque until each time (n, 4), in given units of L and of omega."""

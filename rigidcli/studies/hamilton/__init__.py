@@ -19,13 +19,12 @@ from rigidcli.document.phase_space import acceleration
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no
-from rigidcli.studies.common import if_known, noise, report, trusted
+from rigidcli.studies.common import celled, field_of, if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, find
 from rigidcli.studies.hamilton.system import as_typed
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import celled, field_of
 
 if TYPE_CHECKING:
     from rigidcli.core.libration import Libration

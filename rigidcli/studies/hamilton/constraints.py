@@ -28,10 +28,10 @@ from rigidcli.language.text import latex_name
 from rigidcli.language.tree import Name
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Column, Field, Step, Table, yes_or_no
+from rigidcli.studies.common import celled, field_of
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms
 from rigidcli.studies.hamilton.system import as_typed
-from rigidcli.studies.results import celled, field_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,9 +36,9 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.small_oscillations import LinearMotion, Root, spectrum
 from rigidcli.report import Column, Field, Step, Table
+from rigidcli.studies.common import celled, field_of
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.studies.results import celled, field_of
 
 # The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3

@@ -37,12 +37,11 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.particles import velocity
 from rigidcli.mechanics.phase_space import TIME, bracket
 from rigidcli.report import Field, Step
-from rigidcli.studies.common import if_known, noise
+from rigidcli.studies.common import celled, if_known, noise
 from rigidcli.studies.hamilton.constraints import keeper
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations, terms
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
-from rigidcli.studies.results import celled
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution

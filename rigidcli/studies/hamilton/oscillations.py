@@ -42,7 +42,7 @@ from rigidcli.mechanics.small_oscillations import (
 )
 from rigidcli.mechanics.steady import routhian, steady_rates, written
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.common import if_known, require_values
+from rigidcli.studies.common import celled, field_of, if_known, require_values
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import terms
 from rigidcli.studies.hamilton.system import (
@@ -52,7 +52,6 @@ from rigidcli.studies.hamilton.system import (
     require_formulas,
     style_of,
 )
-from rigidcli.studies.results import celled, field_of
 
 # The key under which a document gives the equilibrium.
 EQUILIBRIUM_KEY = "equilibrium"

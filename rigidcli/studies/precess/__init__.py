@@ -18,9 +18,8 @@ from rigidcli.errors import DocumentError, Problem, RigidError
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.scene import Scene
 from rigidcli.studies.body import body_frame, lost_digits, principal_omega, require_one_start, require_spin
-from rigidcli.studies.common import report
+from rigidcli.studies.common import RESULTS, report
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import RESULTS
 
 SCHEMA = "rigidcli.precess/1"
 

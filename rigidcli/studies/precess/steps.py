@@ -12,7 +12,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
 from rigidcli.studies.body import body_frame, principal_omega
-from rigidcli.studies.results import field_of
+from rigidcli.studies.common import field_of
 from rigidcli.studies.writing import filled, law
 
 Results: TypeAlias = Mapping[str, Value]
