@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rigidcli.errors import UsageError, nearest, shown
+from rigidcli.errors import UsageError, did_you_mean, nearest, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement
 from rigidcli.homework.names import listed, noted, words_of
@@ -154,6 +154,6 @@ def _place(names: Sequence[str], worth: Sequence[str], wanted: str) -> int:
             hint = f"say which by its number: {listed([titles[place] for place in places])}"
             raise UsageError(f"the gradebook has {len(places)} columns {shown(wanted)}", hint=hint)
     near = nearest(wanted, [*titles.values(), *(name[1] for name in parts.values() if name)])
-    meant = f"did you mean {shown(near)}? " if near else ""
-    hint = f"{meant}its assignments are {listed(list(titles.values()))}" if titles else "it has no assignment"
-    raise UsageError(f"the gradebook has no column {shown(wanted)}", hint=hint)
+    meant = did_you_mean(near and shown(near))
+    hint = f"its assignments are {listed(list(titles.values()))}" if titles else "it has no assignment"
+    raise UsageError(f"the gradebook has no column {shown(wanted)}{meant}", hint=hint)
