@@ -22,7 +22,7 @@ from rigidcli.errors import ExpressionError
 
 MOST_TERMS = 250  # largest number of terms of a polynomial that is divided or factored
 MOST_VARIABLES = 12  # largest number of variables of such a polynomial
-HIGHEST_POWER = 30  # largest exponent of a variable in such a polynomial
+HIGHEST_POWER_IN_DIVISION = 30  # largest exponent of a variable in such a polynomial
 _SQUARED = {"sin": ("cos", -1), "sinh": ("cosh", 1)}  # sin^2 = 1 - cos^2, sinh^2 = -1 + cosh^2 are put in
 
 
@@ -43,7 +43,7 @@ class _Ring(NamedTuple):
             for atom, exponent in monomial:
                 place, step = self.variables[atom]
                 exponents[place] = int(exponent / step)
-            _require(min(exponents) >= 0 and max(exponents) <= HIGHEST_POWER)
+            _require(min(exponents) >= 0 and max(exponents) <= HIGHEST_POWER_IN_DIVISION)
             terms[tuple(exponents)] = fmpq(coefficient.numerator, coefficient.denominator)
         return self.reduced(self.context.from_dict(terms))
 

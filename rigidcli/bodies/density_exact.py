@@ -28,7 +28,7 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.fields.environment import BoundExpression
 
 MAX_STEPS = 400_000  # steps in multiplying out all ten integrands: about two seconds
-HIGHEST_POWER = 200  # the highest power of a sine or cosine that is integrated, by as many steps
+HIGHEST_POWER_INTEGRATED = 200  # the highest power of a sine or cosine that is integrated, by as many steps
 # Functions with another form on either side of the place where their argument vanishes.
 SIDED = ("abs", "sign")
 Factors: TypeAlias = Sequence[tuple[Atom, Rational]]  # a product of powers of atoms
@@ -154,7 +154,8 @@ def _over_turn(turn: Arc, names: Sequence[str], factors: Factors) -> Expr:
     """The integral of powers of a cosine and a sine over a turn. Raises ExpressionError for other factors."""
     powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:
-        if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST_POWER:
+        is_integrated = exponent.denominator == 1 and 0 <= exponent <= HIGHEST_POWER_INTEGRATED
+        if not isinstance(atom, Symbol) or not is_integrated:
             raise ExpressionError("a term has no integral")
         powers[atom.name] = int(exponent)
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))
