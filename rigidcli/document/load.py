@@ -189,13 +189,11 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     if swept and not exact:
         rest = _without(draft, *(text.partition("=")[0] for text in swept))
         return _document(given, exact) if rest is None else _at_point(given, rest)
-    positive: frozenset[str] = frozenset()
-    while True:
-        document = _document(given, exact, positive)
-        if document.environment.positive <= positive:
-            break
+    document, positive = _document(given, exact), frozenset[str]()
+    while not document.environment.positive <= positive:
         # Symbols that stand for masses and lengths are positive: with this knowledge it is read again.
         positive |= document.environment.positive
+        document = _document(given, exact, positive)
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
     return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
@@ -224,15 +222,13 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 def _no_mapping(tree: object) -> ValueProblem:
     from rigidcli.fields.words import with_colon
 
-    if tree is None:
-        hint: str | None = "`rigidcli new` prints a document to start from"
-        return ValueProblem("read an empty document, expected a mapping", hint=hint)
+    hint, cure = "`rigidcli new` prints a document to start from", None
     if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
         hint = "the keys of a document begin without dashes"
-        return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint)
-    cure = with_colon(tree) if isinstance(tree, str) else None
-    hint = f"write `{cure}`" if cure else "`rigidcli new` prints a document to start from"
-    return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
+    elif isinstance(tree, str) and (cure := with_colon(tree)):
+        hint = f"write `{cure}`"
+    read = "an empty document" if tree is None else shown(tree)
+    return ValueProblem(f"read {read}, expected a mapping", hint=hint, typed=str(tree) if cure else None)
 
 
 def _document(
@@ -242,14 +238,14 @@ def _document(
 
     If `is_physical`, a body or a top that cannot exist is refused. Raises DocumentError with all problems.
     """
-    tree, problems = _with_strays(draft.tree)
+    tree, parameters, problems = _with_parameters(draft.tree)
     # A system alone keeps its expressions symbolic, and its numbers are floats.
     is_system = tree.get("system") is not None and all(
         tree.get(key) is None for key in ("body", "top", "tide")
     )
     n = arithmetic_for(exact and not is_system)
     env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
-    if (parameters := tree.get(_parameters_key(tree))) is not None:
+    if parameters is not None:
         from rigidcli.document.parameters import read_parameters
 
         torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
@@ -258,14 +254,34 @@ def _document(
     return _validated(draft, tree, env, problems, is_physical=is_physical)
 
 
-def _parameters_key(tree: Mapping[str, Any]) -> str:
-    """The key `parameters`, or an unknown one that stands for it, such as `constants`."""
-    for key in () if "parameters" in tree else [key for key in tree if key not in TOP_KEYS]:
+def _with_parameters(tree: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any, list[ValueProblem]]:
+    """The tree, and its parameters, also those that are refused where they stand: so their names are known.
+
+    They may stand in a section, or under a word such as `constants`, which the section refuses. Numbers that
+    stand at the top, or in the system, are taken out of the tree; with them come their problems.
+    """
+    above = [tree, *(section for section in tree.values() if isinstance(section, dict))]
+    parameters = next((section["parameters"] for section in above if "parameters" in section), None)
+    if parameters is None and not tree.keys() <= {*TOP_KEYS}:
         from rigidcli.fields.words import keys_called
 
-        if "parameters" in keys_called(key):
-            return key
-    return "parameters"
+        parameters = next((tree[key] for key in tree if "parameters" in keys_called(key)), None)
+    problems = list[ValueProblem]()
+    for path, section in ((), tree), (("system",), tree.get("system")):
+        if not isinstance(section, dict):
+            continue
+        unknown = section.keys() - TOP_KEYS
+        names = names_in(tree) if unknown else set[str]()
+        strays = {key for key in unknown & names if re.match(r"[-+.\d]|None$", str(section[key]))}
+        if strays and isinstance(parameters, dict | None) and strays.isdisjoint(parameters or ()):
+            moved = {key: value for key, value in section.items() if key in strays}
+            parameters = {**(parameters or {}), **moved}
+            for key, value in moved.items():
+                hint = f"write `parameters: {{{key}: {'null' if value is None else value}}}`"
+                problems.append(ValueProblem("belongs inside `parameters`", path=(*path, key), hint=hint))
+            rest = {key: value for key, value in section.items() if key not in strays}
+            tree = {**tree, "system": rest} if path else rest
+    return tree, parameters, problems
 
 
 def _at_point(draft: Draft, rest: Document) -> Document:
@@ -323,32 +339,6 @@ def _refusal(draft: Draft, problems: Sequence[ValueProblem]) -> DocumentError:
     return DocumentError(sorted(placed, key=place))
 
 
-def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
-    """The tree with parameters that stand at its top, or in the system, moved, and their problems."""
-    problems = list[ValueProblem]()
-    for key, section in tree.items():
-        if isinstance(section, dict) and "parameters" in section and "parameters" not in tree:
-            problems.append(ValueProblem("belongs at the top of the document", path=(key, "parameters")))
-            rest = {name: value for name, value in section.items() if name != "parameters"}
-            tree = {**tree, key: rest, "parameters": section["parameters"]}
-    parameters, system = tree.get("parameters") or {}, tree.get("system")
-    for path, section in ((), tree), (("system",), system if isinstance(system, dict) else {}):
-        amounts = {key: value for key, value in section.items() if re.match(r"[-+.\d]|None$", str(value))}
-        strange = [key for key in amounts if key not in TOP_KEYS]
-        names = names_in(tree) if strange else set[str]()
-        strays = {key: section[key] for key in strange if key in names}
-        if strays and isinstance(parameters, dict) and not strays.keys() & parameters.keys():
-            parameters = {**parameters, **strays}
-            for key, value in strays.items():
-                hint = f"write `parameters: {{{key}: {'null' if value is None else value}}}`"
-                problem = ValueProblem("belongs inside `parameters`", path=(*path, key), hint=hint)
-                problems.append(problem)
-            rest = {key: value for key, value in section.items() if key not in strays}
-            tree = {**tree, "system": rest} if path else rest
-            tree = {**tree, "parameters": parameters}
-    return tree, problems
-
-
 # --- documents with symbols
 
 
@@ -379,21 +369,16 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
         except ComputationError:
             continue
     used = [name for name in symbols if name not in document.unused]
-    names = ", ".join(f"`{name}`" for name in used)
-    refused, noted = list[Problem](), dict[str, str]()
-    for (key, check), count in failed.items():
+    names = f"positive values of {', '.join(f'`{name}`' for name in used)} that were tried"
+    never = [place for place, count in failed.items() if count == SETS_OF_TRIAL_VALUES]
+    if never and len(used) <= MOST_SYMBOLS:
+        raise DocumentError([document.problem(f"for all {names}: {check}", key) for key, check in never])
+    checks = [f"{key}: {check}".removeprefix(": ") for key, check in failed]
+    if len(checks) > 1:
+        document.environment.log.note(f"for {names}: {'; '.join(checks)}")
+    for (key, check), count in failed.items() if len(checks) == 1 else ():
         amount = "all" if count == SETS_OF_TRIAL_VALUES else "some"
-        sentence = f"for {amount} positive values of {names} that were tried: {check}"
-        if amount == "all" and len(used) <= MOST_SYMBOLS:
-            refused.append(document.problem(sentence, key))
-        place = f"{key}: " if key else ""
-        noted[place + check] = place + sentence
-    if refused:
-        raise DocumentError(refused)
-    notes = [*noted.values()]
-    if len(notes) > 1:
-        notes = [f"for positive values of {names} that were tried: {'; '.join(noted)}"]
-    document.environment.log.note(*notes)
+        document.environment.log.note(f"{key}: for {amount} {names}: {check}".removeprefix(": "))
     return document
 
 
