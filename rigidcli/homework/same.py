@@ -200,8 +200,12 @@ class _Comparison:
         # In a key 0.5 is a half, and 0.333 may be a third.
         self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
         self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
-        roots = [self.key] + [self.answer] * (self.relative is None)
-        parts = [self.steps.parts[root] for root in roots]
+        # What decimals leave open is measured by the terms of the key: 1.0*10^9*x - 1.0*10^9*x is vague, but
+        # not in units of its own terms. What ought to be zero has no terms beside its own.
+        is_zero = isinstance(key, tree.Number) and not key.value
+        of_both = self.relative is None and (is_zero or not self.steps.has_decimals)
+        self.measured = (self.key, self.answer) if of_both else (self.key,)
+        parts = [self.steps.parts[root] for root in self.measured]
         self.terms = [term for kind, _, terms in parts if kind == "Sum" for term in terms]
         self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
         self.domains = self.steps.used(names.domains)
@@ -236,7 +240,7 @@ class _Comparison:
         if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
         if untested := self.steps.untested(self.shown):
-            return f"`{shortened(reading(untested[0]), 60)}` is too small to be tested"
+            return f"`{shortened(reading(untested), 60)}` is too small to be tested"
         return self.one_sided() or True
 
     def at(self, point: Point, place: int, shown: Shown) -> _AtPoint:
@@ -293,18 +297,17 @@ class _Comparison:
         if gap.rad() <= min(size, *sizes) * VAGUE:
             return _AtPoint.AGREES
         # An exact zero, such as sin(x)^2 + cos(x)^2 - 1, is judged by the size of the terms that cancel.
-        cancelling = min(sum(self.steps.size(root, state) for root in places[:2]) for state in states)
+        cancelling = min(sum(self.steps.size(root, state) for root in self.measured) for state in states)
         return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
 
     def one_sided(self) -> str:
         """Why the sign inside a function leaves the outcome open; empty if it does not."""
         further = Steps()
         parts = [part for node in self.beside for part in further.sided(further.add(node))]
-        beside = [(function, further.nodes[place]) for function, place in parts]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
-            shared = [*((f, self.steps.nodes[place]) for f, place in self.steps.sided(other)), *beside]
-            for function, place in self.steps.sided(own):
-                argument = self.steps.nodes[place]
+            shared = [*self.steps.sided(other), *parts]
+            for function, argument in self.steps.sided(own):
+                place = self.steps.add(argument)
                 signs = {(function, place, sign) for sign in (True, False)} & self.shown
                 if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
                     continue
@@ -323,24 +326,17 @@ class _Comparison:
         if one == other or (quotient is not None and is_positive(to_tree(quotient), self.domains)):
             return True
         steps = Steps()
-        first, second = steps.add(one), steps.add(other)
+        pair = steps.add(one), steps.add(other)
         real = [name for name, domain in self.domains.items() if domain == "real"]
-        quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
+        changes, signs = list[tuple[Ball, Ball]](), set[bool]()
         for place, point in enumerate(islice(points(self.domains, self.seed), len(RANGES))):
             with suppress(NoValue, Unclear):
-                both = [
-                    steps.values(second, at, before=steps.values(first, at))
-                    for at in (point, self.moved(point, real, place))
-                ]
-                (a, b), (c, d) = ((state[first], state[second]) for state in both)
-                quotients.append((a * d - b * c, a * b))
-                products.append((a * b - c * d, a * b))
-        return any(
-            len(changes) >= LEAST_POINTS
-            and all(change.contains(0) for change, _ in changes)
-            and len({sign > 0 for _, sign in changes if not sign.contains(0)}) == 1
-            for changes in (quotients, products)
-        )
+                states = [steps.values(max(pair), at) for at in (point, self.moved(point, real, place))]
+                (a, b), (c, d) = ([state[root] for root in pair] for state in states)
+                changes.append((a * d - b * c, a * b - c * d))
+                signs |= {a * b > 0} if not (a * b).contains(0) else set()
+        is_fixed = any(all(gap.contains(0) for gap in gaps) for gaps in zip(*changes, strict=True))
+        return len(changes) >= LEAST_POINTS and is_fixed and len(signs) == 1
 
 
 # --- values of formulas at points
@@ -414,30 +410,34 @@ class Steps:
             self.parts.append(part)
         return place
 
+    @property
+    def has_decimals(self) -> bool:
+        """Whether a decimal in the formulas stands for all numbers that round to it."""
+        return any(rounded < NEVER for _, rounded in self._decimals.values())
+
     def used(self, domains: Mapping[str, str]) -> dict[str, str]:
         """The domains of the names in the formulas."""
         names = {detail for kind, detail, _ in self.parts if kind == "Name"}
         return {name: domain for name, domain in domains.items() if name in names}
 
-    def sided(self, root: int) -> list[tuple[str, int]]:
-        """The functions of _SIDED in a formula, with the places of their arguments."""
-        inside, functions = {root}, list[tuple[str, int]]()
+    def sided(self, root: int) -> list[tuple[str, Node]]:
+        """The functions of _SIDED in a formula, with their arguments."""
+        inside, functions = {root}, list[tuple[str, Node]]()
         for place in range(root, -1, -1):
             kind, detail, places = self.parts[place]
             if place in inside:
                 inside.update(places)
                 function = _function_of(kind, detail)
-                functions += [(function, places[0])] if function in _SIDED else []
+                functions += [(function, self.nodes[places[0]])] if function in _SIDED else []
         return functions[::-1]
 
-    def untested(self, shown: Shown) -> list[Node]:
-        """The terms of sums, and arguments of functions, that were lost beside others at all points."""
-        return [
-            self.nodes[operand]
-            for place, (kind, _, operands) in enumerate(self.parts)
-            for operand in operands
-            if kind in ("Sum", "Call") and ("", place, operand) not in shown
-        ]
+    def untested(self, shown: Shown) -> Node | None:
+        """A term of a sum, or an argument of a function, that was lost beside others at all points."""
+        for place, (kind, _, operands) in enumerate(self.parts):
+            for operand in operands if kind in ("Sum", "Call") else ():
+                if ("", place, operand) not in shown:
+                    return self.nodes[operand]
+        return None
 
     def values(
         self, root: int, point: Point, shown: Shown | None = None, before: Sequence[Ball] = ()
