@@ -240,20 +240,22 @@ class ArraySteps:
         y: Floats,
         k: Floats,
         sizes: Floats,
-        tolerance: float,
+        tolerance: Floats,
         parts: Sequence[slice],
     ) -> tuple[Floats, Floats, Floats]:
         """The errors (m) of the steps, the states after them, and their slopes, as `Step` has them.
 
-        `sizes` (blocks by m) are those to which errors of blocks are relative at least; `parts` are the rows
-        of each block.
+        They are in units of the `tolerance` (m). `sizes` (blocks by m) are those to which errors of blocks are
+        relative at least; `parts` are the rows of each block.
         """
         after = self.after(t, h, y, k)
         p, q = (norms(self.combined(row), parts) for row in (ERROR_5_ROW, ERROR_3_ROW))
         for states in (self.increments[0], y, after):
             sizes = np.maximum(sizes, norms(states, parts))
         # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes.
-        errors = np.maximum(p / np.sqrt(1 + np.square(0.1 * q / p)), q * tolerance**0.75)
+        errors = np.maximum(
+            p / np.sqrt(1 + np.square(0.1 * q / p)), q * (tolerance / np.sqrt(np.sqrt(tolerance)))
+        )
         errors /= tolerance * sizes
         # Without an error of order 5, nothing is to be made of that of order 3.
         np.copyto(errors, 0.0, where=p == 0)

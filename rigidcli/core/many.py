@@ -72,27 +72,31 @@ class ManyStarts(NamedTuple):
 
     `parts` are the slices of the blocks of variables whose errors are bounded. Variables behind the last of
     them may be parameters, which have no slope, or integrals. `moving` gives the functions whose zeros and
-    extremes may hide a narrow wall. `longest` may differ from start to start (m).
+    extremes may hide a narrow wall. `tolerance` and `longest` may differ from start to start (m).
     """
 
     flow: Flow
     roundings: Flow | None
     moving: Flow
     parts: Sequence[slice]
-    tolerance: float
+    tolerance: float | Floats
     longest: float | Floats
     stops: Sequence[float]
+
+    def of(self, some: Places, count: int) -> ManyStarts:
+        """The problem for some of so many starts."""
+        tolerance, longest = (np.broadcast_to(each, count)[some] for each in (self.tolerance, self.longest))
+        return self._replace(tolerance=tolerance, longest=longest)
 
 
 def paths(problem: ManyStarts, starts: Floats, times: Floats) -> Paths:
     """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them."""
     count, size = starts.shape[1], max(FEWEST_AT_ONCE, AT_ONCE // len(starts))
-    longest = np.broadcast_to(problem.longest, count)
     parts = []
     for first in range(0, count, size):
         real = min(size, count - first)
         some = first + padded(real)
-        part = _Lanes(problem._replace(longest=longest[some]), starts[:, some], times).followed()
+        part = _Lanes(problem.of(some, count), starts[:, some], times).followed()
         parts.append([each[..., :real] for each in part])
     return Paths(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
 
@@ -108,41 +112,48 @@ def twice(
 
     `distance` gives that of some starts. Those without a second solution are `alone`, too.
 
+    Both go through the same arrays: calls of numpy take longer than the arithmetic of a few hundred starts.
+
     With `every`, one start in so many has a second solution, and the others count as far off as the worst of
     these; but all have one where that is far enough to be looked into, or something narrow is watched for.
     Which starts are alone must not depend on which have a second solution: then the first solutions decide.
     """
-    count, first = starts.shape[1], paths(problem, starts, times)
-    longest = np.broadcast_to(problem.longest, count)
+    count = starts.shape[1]
 
-    def compared(some: Places) -> tuple[Marks, Floats]:
-        """Which starts have no second solution, and how far the first one is from it."""
-        other = problem._replace(tolerance=other_tolerance(problem.tolerance), longest=longest[some])
+    def compared(some: Places) -> tuple[Paths, Marks, Floats]:
+        """The first solutions, and of some of them which have no second one, and how far it is off."""
+        both = np.concatenate([np.arange(count), some])
+        two = problem.of(both, count)
+        two = two._replace(tolerance=np.where(np.arange(len(both)) < count, two.tolerance, coarse))
+        found = paths(two, starts[:, both], times)
+        first, second = found.of(both[:count]), found.of(np.arange(count, len(both)))
         mine = first.of(some)
-        second = paths(other, np.where(mine.alone, np.nan, starts[:, some]), times)
-        return second.alone, np.where(second.alone, 0.0, distance(mine, second))
+        lost = mine.alone | second.alone
+        return first, lost, np.where(lost, 0.0, distance(mine, second))
 
+    coarse = other_tolerance(float(problem.tolerance))
     if every > 1 and not len(columns(problem.moving)(np.zeros(1), *starts[:, :1])):
-        _, apart = compared(np.arange(0, count, every))
+        first, _, apart = compared(np.arange(0, count, every))
         if apart.max() > MISSED:
-            return first, compared(np.arange(count))[1]
+            return first, compared(np.arange(count))[2]
         return first, np.broadcast_to(apart.max(axis=1, keepdims=True), (len(times), count))
-    lost, apart = compared(np.arange(count))
+    first, lost, apart = compared(np.arange(count))
     return first._replace(alone=first.alone | lost), apart
 
 
 class _Going(NamedTuple):
     """What belongs to each start on its way; all arrays have a column for each start.
 
-    These are the time, the length of the next step and its bound, the state and its slope, the least sizes
-    and the floors of the blocks, the largest sizes so far, the number of steps, how often the next step has
-    failed, and when the next sample is due. The last two have the times (first row) and the watched values
-    at the ends of the last two steps.
+    These are the time, the length of the next step, its bound and its tolerance, the state and its slope, the
+    least sizes and the floors of the blocks, the largest sizes so far, the number of steps, how often the next
+    step has failed, and when the next sample is due. The last two have the times (first row) and the watched
+    values at the ends of the last two steps.
     """
 
     t: Floats
     h: Floats
     longest: Floats
+    tolerance: Floats
     y: Floats
     k: Floats
     least: Floats
@@ -176,6 +187,7 @@ class _Lanes:
             t,
             np.minimum(self.end / 1000, longest),
             longest,
+            np.broadcast_to(problem.tolerance, count).copy(),
             starts.copy(),
             slopes_of(self.f, t, starts),
             np.full(blocks, SMALLEST_SCALE),
@@ -213,7 +225,7 @@ class _Lanes:
 
     def _cross(self, goal: float, beyond: float) -> None:
         """Go to the time just beyond a stop; at the start only where the slopes jump."""
-        h, (t, _, _, y, k, *_) = beyond - goal, self.all
+        h, (t, _, _, _, y, k, *_) = beyond - goal, self.all
         slopes = slopes_of(self.f, np.full_like(t, beyond), y + h * k)
         jumps = np.linalg.norm(slopes - k, axis=0) > 0.01 * np.maximum(*(
             np.linalg.norm(each, axis=0) for each in (slopes, k)
@@ -269,9 +281,7 @@ class _Lanes:
         np.copyto(to, goal, where=left <= going.h)
         h, waiting = to - t, np.flatnonzero(left <= 0)
         sizes = np.maximum(going.floors * h, going.least)
-        error, after, slopes = method.with_error(
-            t, h, y, k, sizes, self.problem.tolerance, self.problem.parts
-        )
+        error, after, slopes = method.with_error(t, h, y, k, sizes, going.tolerance, self.problem.parts)
         failed = np.flatnonzero(~(error <= 1.0))
         for ends, begins in ((to, t), (after, y), (slopes, k)):
             ends[..., failed] = begins[..., failed]
@@ -309,7 +319,7 @@ class _Lanes:
 
     def _floors(self, going: _Going) -> Floats:
         """What `runge_kutta.floors` gives, for each start."""
-        t, h, _, y, k, *_ = going
+        t, h, _, _, y, k, *_ = going
         noise = np.zeros_like(y)
         rows = np.arange(len(y))[:, None]
         if self.problem.roundings is not None:
@@ -322,7 +332,7 @@ class _Lanes:
                 other = slopes_of(self.f, t * (1 + move), y * (1 + move * signs))
                 noise = np.fmax(noise, np.abs(k - other))
         sizes = norms(noise, self.problem.parts)
-        return np.nan_to_num(2 * sizes / self.problem.tolerance, posinf=0.0)
+        return np.nan_to_num(2 * sizes / going.tolerance, posinf=0.0)
 
     def _want(self, some: Places, active: Places, going: _Going, to: Floats) -> None:
         """Note the samples that are inside the steps of some starts, and where these steps begin."""
