@@ -245,8 +245,8 @@ class ArraySteps:
     ) -> tuple[Floats, Floats, Floats]:
         """The errors (m) of the steps, the states after them, and their slopes, as `Step` has them.
 
-        They are in units of the `tolerance` (m). `sizes` (blocks by m) are those to which errors of blocks are
-        relative at least; `parts` are the rows of each block.
+        They are in units of the `tolerance` (m). `sizes` (blocks by m) are those to which errors of blocks
+        are relative at least; `parts` are the rows of each block.
         """
         after = self.after(t, h, y, k)
         p, q = (norms(self.combined(row), parts) for row in (ERROR_5_ROW, ERROR_3_ROW))

@@ -144,10 +144,10 @@ def twice(
 class _Going(NamedTuple):
     """What belongs to each start on its way; all arrays have a column for each start.
 
-    These are the time, the length of the next step, its bound and its tolerance, the state and its slope, the
-    least sizes and the floors of the blocks, the largest sizes so far, the number of steps, how often the next
-    step has failed, and when the next sample is due. The last two have the times (first row) and the watched
-    values at the ends of the last two steps.
+    These are the time, the length of the next step, its bound and its tolerance, the state and its slope,
+    the least sizes and the floors of the blocks, the largest sizes so far, the number of steps, how often
+    the next step has failed, and when the next sample is due. The last two have the times (first row) and
+    the watched values at the ends of the last two steps.
     """
 
     t: Floats
