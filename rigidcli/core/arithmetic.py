@@ -12,17 +12,11 @@ from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem
 
-EPS = 2.0**-52
-"""The distance of 1 and the next larger float."""
-
-WHOLE = 1e6
-"""Whole numbers below this are typed digit by digit, larger ones with a power of ten."""
-
+EPS = 2.0**-52  # The distance of 1 and the next larger float.
+WHOLE = 1e6  # Whole numbers below this are typed digit by digit, larger ones with a power of ten.
+# A float, or an exact number (an `Expr` of the algebra) in its place: the `Arithmetic` says which.
 Scalar: TypeAlias = float
-"""A float, or an exact number (an `Expr` of the algebra) in its place: the `Arithmetic` says which."""
-
-Array: TypeAlias = NDArray[Any]
-"""An array of float64, or of exact numbers (dtype object)."""
+Array: TypeAlias = NDArray[Any]  # An array of float64, or of exact numbers (dtype object).
 
 Floats: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]

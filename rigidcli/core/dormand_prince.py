@@ -33,10 +33,10 @@ def _numbers(text: str) -> dict[int, float]:
     return {place: float(number) for place, number in enumerate(text.split()) if number != "0"}
 
 
+# c: where in the step the stages stand.
 NODES = (0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1 / 3, 0.25,
          0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0)  # fmt: skip
-"""c: where in the step the stages stand."""
-
+# a: how the stages before make up each stage.
 STAGES: tuple[dict[int, float], ...] = (
     {},
     _numbers("0.05260015195876773"),
@@ -66,22 +66,18 @@ STAGES: tuple[dict[int, float], ...] = (
         "-2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636"
     ),
 )
-"""a: how the stages before make up each stage."""
-
+# b: how all stages make up the step.
 WEIGHTS = _numbers(
     "0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 "
     "0.3111643669578199 -0.1521609496625161 0.20136540080403034 0.04471061572777259"
 )
-"""b: how all stages make up the step."""
-
+# b less the weights of the embedded method of order 5.
 ERROR_5 = _numbers(
     "0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864 "
     "-0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294"
 )
-"""b less the weights of the embedded method of order 5."""
-
+# The weights of the embedded method of order 3.
 WEIGHTS_3 = {0: 31 / 127, 8: 1 - 31 / 127 - 3 / 136, 11: 3 / 136}
-"""The weights of the embedded method of order 3."""
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, float], tuple[float, State, State]
@@ -278,8 +274,8 @@ def norms(rows: Floats, parts: Sequence[slice]) -> Floats:
     return np.array([np.hypot.reduce(rows[part], axis=0) for part in parts])
 
 
+# Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache.
 SAMPLED_AT_ONCE = 32_768
-"""Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
 
 
 def sampler(flow: Flow, knots: Floats, states: Floats, parts: int = 1) -> Callable[[Floats], Floats]:

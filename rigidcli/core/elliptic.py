@@ -18,12 +18,11 @@ import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
 
+# The k' that stands for 0: up to u = 340, where sech is below 1e-147, the functions are then the hyperbolic
+# ones to all digits.
 LEAST_COMPLEMENT = 1e-150
-"""The k' that stands for 0: up to u = 340, where sech is below 1e-147, the functions
-are then the hyperbolic ones to all digits."""
-
+# Quadratic convergence squares the error of this last step, which is then below the rounding.
 CONVERGED = 1e-8
-"""Quadratic convergence squares the error of this last step, which is then below the rounding."""
 
 
 def jacobi(u: Any, complement: Any) -> tuple[Any, Any, Any]:

@@ -16,14 +16,10 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import Solution
 
-LOOKS_IN_A_STEP = 16
-"""Times in each step at which the function is evaluated."""
-
-VALLEY_ROUNDS = 7
-"""Rounds in which a minimum of the size is narrowed down, each 8 times."""
-
+LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated.
+VALLEY_ROUNDS = 7  # Rounds in which a minimum of the size is narrowed down, each 8 times.
+# The most turns of the Illinois method; it takes about ten, and more where there is a jump.
 MOST_ILLINOIS_TURNS = 200
-"""The most turns of the Illinois method; it takes about ten, and more where there is a jump."""
 
 
 class Events(NamedTuple):

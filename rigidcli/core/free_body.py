@@ -51,8 +51,8 @@ Regime: TypeAlias = (
     | Literal["separatrix"]
 )
 
+# Samples that are worked at a time, so that their arrays stay in the cache of a processor.
 SAMPLES_AT_ONCE = 8192
-"""Samples that are worked at a time, so that their arrays stay in the cache of a processor."""
 
 
 class Periods(NamedTuple):
@@ -214,8 +214,7 @@ def sensitivity(tensor: Floats, omegas: Floats, orientations: Floats, times: Flo
     return to_rounding(moved, inputs, inputs, motions(tensor, omegas, orientations, sample)[1])
 
 
-COUPLED_NOISE = 8 * EPS
-"""The rounding error of a tensor that is not diagonal, in units of its largest entry."""
+COUPLED_NOISE = 8 * EPS  # The rounding error of a tensor that is not diagonal, in units of its largest entry.
 
 
 class State(NamedTuple):

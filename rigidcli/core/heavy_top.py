@@ -35,8 +35,7 @@ from rigidcli.core.rotation import ULPS_MOVED, representative, to_rounding
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
-PASSING = 1e-3
-"""The axis is passing the vertical where it is there within this time, in units of 1/rate."""
+PASSING = 1e-3  # The axis is passing the vertical where it is there within this time, in units of 1/rate.
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,14 +27,11 @@ from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
 
-TRIAL = 512
-"""Steps, of all starts, after which `auto` estimates how many are left."""
-
+TRIAL = 512  # Steps, of all starts, after which `auto` estimates how many are left.
+# Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start.
 WORTH_COMPILING = 150_000
-"""Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
-
+# The least tolerance where `stiff` is taken without being asked for: it is of lower order.
 STIFF_TOLERANCE = 1e-9
-"""The least tolerance where `stiff` is taken without being asked for: it is of lower order."""
 
 
 def integrate(

@@ -21,17 +21,11 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import MOST_STEPS, Flow, Solution, TooManySteps, columns
 
-ROUNDS_TO_A_FLOAT = 11
-"""Rounds in which a time is narrowed down beyond the digits of a float."""
-
-ROUNDS_TO_A_SOLUTION = 7
-"""Rounds in which a time is narrowed down to the digits of a solution."""
-
-NEAR_ENDS = (0.0, 0.02, 0.04, 0.96, 0.98, 1.0)
-"""Places in a step, near its ends, in units of its length."""
-
+ROUNDS_TO_A_FLOAT = 11  # Rounds in which a time is narrowed down beyond the digits of a float.
+ROUNDS_TO_A_SOLUTION = 7  # Rounds in which a time is narrowed down to the digits of a solution.
+NEAR_ENDS = (0.0, 0.02, 0.04, 0.96, 0.98, 1.0)  # Places in a step, near its ends, in units of its length.
+# The coefficients (rows) of Lagrange's polynomials of these places (columns).
 POLYNOMIALS = np.linalg.inv(np.vander(NEAR_ENDS, increasing=True))
-"""The coefficients (rows) of Lagrange's polynomials of these places (columns)."""
 
 Indices: TypeAlias = NDArray[np.int_]
 

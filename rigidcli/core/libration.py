@@ -23,36 +23,23 @@ import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
 
+# D, a, and the sum of the sizes of the terms of D, at coordinates (k).
 Discriminant = Callable[[Floats], tuple[Floats, Floats, Floats]]
-"""D, a, and the sum of the sizes of the terms of D, at coordinates (k)."""
-
-STRETCH_GROWTH = 1.3
-"""Ratio of the lengths of neighbouring stretches in which a turning point is sought."""
-
+STRETCH_GROWTH = 1.3  # Ratio of the lengths of neighbouring stretches in which a turning point is sought.
+# Coordinates in each stretch at which D is evaluated; near its minima there are more.
 LOOKS_IN_A_STRETCH = 64
-"""Coordinates in each stretch at which D is evaluated; near its minima there are more."""
-
-BARRIER_ROUNDS = 6
-"""Rounds in which a minimum of D is narrowed down, each 30 times."""
-
+BARRIER_ROUNDS = 6  # Rounds in which a minimum of D is narrowed down, each 30 times.
+# Stretches on each side of the start; without a turning point in them q counts as unbounded.
 MOST_STRETCHES = 200
-"""Stretches on each side of the start; without a turning point in them q counts as unbounded."""
-
-MOST_NODES = 1 << 16
-"""The most nodes of the rule; a motion near a separatrix needs many."""
-
+MOST_NODES = 1 << 16  # The most nodes of the rule; a motion near a separatrix needs many.
+# Relative change between a rule and that with twice the nodes, below which the integrals have converged.
 CONVERGED = 1e-12
-"""Relative change between a rule and that with twice the nodes, below which the integrals have converged."""
-
+# The largest relative error of a period that is reported: near a separatrix six digits are left.
 LARGEST_ERROR_TOLD = 1e-6
-"""The largest relative error of a period that is reported: near a separatrix six digits are left."""
-
+# Below this share of its largest value, D passes zero; a larger last value is beside a pole.
 SHARE_AT_A_ZERO = 1e-8
-"""Below this share of its largest value, D passes zero; a larger last value is beside a pole."""
-
-
+# D is zero but for rounding below this share of its terms, as beside a start at rest.
 ROUNDING_OF_ZERO = 16 * EPS
-"""D is zero but for rounding below this share of its terms, as beside a start at rest."""
 
 
 class Libration(NamedTuple):

@@ -26,26 +26,17 @@ from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, sides
 from rigidcli.core.second_run import MISSED, other_tolerance
 from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
 
+# The most steps of a start in arrays: the few starts that need more are quicker alone.
 MOST_TOGETHER = 20_000
-"""The most steps of a start in arrays: the few starts that need more are quicker alone."""
-
-LOOKS_AHEAD = 1024
-"""Steps from one estimate of whether the most steps are enough to the next."""
-
-MOST_FAILURES = 40
-"""The most tries of one step: each is at most nine tenths as long as the one before."""
-
+LOOKS_AHEAD = 1024  # Steps from one estimate of whether the most steps are enough to the next.
+MOST_FAILURES = 40  # The most tries of one step: each is at most nine tenths as long as the one before.
+# Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache.
 AT_ONCE = 8192
-"""Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache."""
-
+# Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic.
 FEWEST_AT_ONCE = 256
-"""Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic."""
-
-ONE_OF = 8
-"""One start in so many has a second solution where results do not show digits."""
-
+ONE_OF = 8  # One start in so many has a second solution where results do not show digits.
+# One start in so many may wait for the others: to take these out of the arrays takes as long as a step.
 MOST_WAITING = 16
-"""One start in so many may wait for the others: to take these out of the arrays takes as long as a step."""
 
 Marks: TypeAlias = NDArray[np.bool_]
 Places: TypeAlias = NDArray[np.int_]

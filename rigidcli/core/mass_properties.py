@@ -16,8 +16,7 @@ from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Array, Floats, Scal
 from rigidcli.core.tensor import from_second_moments, rotate, rounded_off, shift_from_com
 from rigidcli.errors import ValueProblem
 
-ROUNDING_OF_PLACE = 8 * EPS
-"""The relative error that rounding leaves in a point that is moved and turned."""
+ROUNDING_OF_PLACE = 8 * EPS  # The relative error that rounding leaves in a point that is moved and turned.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,11 +10,10 @@ from pathlib import Path
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import address_space
 
+# Bytes (measured) of a number of a table while a study fills it: 8 for the number, the rest for copies.
 BYTES_OF_A_NUMBER = 28
-"""Bytes (measured) of a number of a table while a study fills it: 8 for the number, the rest for copies."""
-
+# Bytes (measured) of the text of a number where all is written at once: 20 digits, three times.
 BYTES_OF_ITS_TEXT = 60
-"""Bytes (measured) of the text of a number where all is written at once: 20 digits, three times."""
 
 
 def require(rows: int, columns: int, size: int = BYTES_OF_A_NUMBER) -> None:

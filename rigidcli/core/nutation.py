@@ -30,8 +30,7 @@ from rigidcli.core.precession import SAME_NUMBER
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
 
-CUSP = 1e-12
-"""phi-dot below this at a limit of theta, in units of what it varies by, is zero."""
+CUSP = 1e-12  # phi-dot below this at a limit of theta, in units of what it varies by, is zero.
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,11 +22,9 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import EPS, Arithmetic, Scalar
 from rigidcli.errors import ComputationError
 
+# Relative difference below which two floats count as equal: a few roundings leave as much.
 SAME_NUMBER = 4 * EPS
-"""Relative difference below which two floats count as equal: a few roundings leave as much."""
-
-JULIAN_YEAR = 36525 * 864
-"""365.25 days of 86,400 seconds (s)."""
+JULIAN_YEAR = 36525 * 864  # 365.25 days of 86,400 seconds (s).
 
 Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
 

@@ -17,11 +17,10 @@ from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import LEAST_MOMENT, without_rounding
 from rigidcli.errors import ComputationError
 
+# Moments that differ by less, in units of the largest, are one group: rounding decides their axes.
 EQUAL_MOMENTS = 1e-12
-"""Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
-
+# Squared components of an axis that differ by less count as equally large, and the first is taken.
 PIVOT_TIE = 1e-9
-"""Squared components of an axis that differ by less count as equally large, and the first is taken."""
 
 BodyClass: TypeAlias = Literal["point", "linear", "spherical", "oblate", "prolate", "asymmetric"]
 

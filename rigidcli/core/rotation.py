@@ -218,17 +218,13 @@ def euler_angles(q: Floats, sequence: str = "zxz") -> Floats:
     return np.column_stack([ends[0], middle, ends[1]])
 
 
+# The least error (rad) of an orientation, from the rounding of the four components of its quaternion.
 ROUNDING_OF_QUATERNION = 2.0**-50
-"""The least error (rad) of an orientation, from the rounding of the four components of its quaternion."""
-
+# The most times that are looked at, besides the last one: each costs an orientation for each input.
 MOST_TIMES = 64
-"""The most times that are looked at, besides the last one: each costs an orientation for each input."""
-
-ULPS_MOVED = 16
-"""Units in the last place by which an input is moved: more than the rounding of the formulas."""
-
+ULPS_MOVED = 16  # Units in the last place by which an input is moved: more than the rounding of the formulas.
+# Beyond this angle (rad) between the two motions the linear estimate means nothing.
 LARGEST_LINEAR_TURN = 0.1
-"""Beyond this angle (rad) between the two motions the linear estimate means nothing."""
 
 
 def representative(times: Floats) -> Floats:

@@ -38,14 +38,10 @@ from rigidcli.core.solution import (
 )
 from rigidcli.errors import ComputationError
 
-STEPS_PER_REPORT = 128
-"""Steps from one estimate of rounding errors, and one report of progress, to the next."""
-
-SMALLEST_SCALE = 1e-280
-"""Smallest scale of a variable."""
-
+STEPS_PER_REPORT = 128  # Steps from one estimate of rounding errors, and one report of progress, to the next.
+SMALLEST_SCALE = 1e-280  # Smallest scale of a variable.
+# Jumps of f that are crossed before a regular step: with more, the solution would slide along the jump.
 MOST_JUMPS = 16
-"""Jumps of f that are crossed before a regular step: with more, the solution would slide along the jump."""
 
 
 class March:

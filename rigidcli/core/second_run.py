@@ -17,17 +17,13 @@ from rigidcli.core.kicks import Watched, walls
 from rigidcli.core.solution import Solution, Stopped
 from rigidcli.errors import ComputationError
 
+# The difference of two solutions, in units of their size, from which on one may have missed a wall.
 MISSED = 1e-5
-"""The difference of two solutions, in units of their size, from which on one may have missed a wall."""
-
+# The difference of two solutions, in units of their size, from which on they share no digit.
 NO_DIGIT_SHARED = 0.1
-"""The difference of two solutions, in units of their size, from which on they share no digit."""
-
-MOST_SOLUTIONS = 24
-"""The most solutions that are compared, one with the next: each may find another wall."""
-
+MOST_SOLUTIONS = 24  # The most solutions that are compared, one with the next: each may find another wall.
+# By how much of the span two solutions must agree for longer than the two before, or no wall was missed.
 LEAST_GAIN = 0.05
-"""By how much of the span two solutions must agree for longer than the two before, or no wall was missed."""
 
 
 def other_tolerance(tolerance: float) -> float:

@@ -15,8 +15,8 @@ import numpy as np
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.errors import ComputationError
 
+# f(t, y1, ..., yn) -> (dy1, ..., dyn), for one kind of number.
 Elements: TypeAlias = Callable[..., tuple[Any, ...]]
-"""f(t, y1, ..., yn) -> (dy1, ..., dyn), for one kind of number."""
 
 Flow: TypeAlias = Callable[[ModuleType], Elements]
 """The right-hand side of y' = f(t, y1, ..., yn), written once for all kinds of number.
@@ -28,13 +28,12 @@ finite real value, that of `math` raises an ArithmeticError or a ValueError, or 
 ComputationError when it is given the module.
 """
 
-Function: TypeAlias = Callable[..., Sequence[float]]
-"""f(t, y1, ..., yn) -> (dy1, ..., dyn) in floats."""
+Function: TypeAlias = Callable[..., Sequence[float]]  # f(t, y1, ..., yn) -> (dy1, ..., dyn) in floats.
 
 State: TypeAlias = Sequence[float]
 
+# The method of integration; `auto` is the first of the next ones that pays.
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic", "stiff"]
-"""The method of integration; `auto` is the first of the next ones that pays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,29 +60,18 @@ class InitialValues:
         return f
 
 
+# What functions of floats raise where they have no finite real value.
 NO_VALUE = (ArithmeticError, ValueError)
-"""What functions of floats raise where they have no finite real value."""
-
-MOST_NUMBERS = 200_000_000
-"""The most floats that one solution keeps of its steps: they take 1.6 GB."""
-
-MOST_STEPS = 1_000_000
-"""The most steps of a solution: in Python they take half a minute."""
-
+MOST_NUMBERS = 200_000_000  # The most floats that one solution keeps of its steps: they take 1.6 GB.
+MOST_STEPS = 1_000_000  # The most steps of a solution: in Python they take half a minute.
+# Steps after which, and after each further power of two, it is estimated whether the end can be reached.
 FIRST_OUTLOOK = 1 << 13
-"""Steps after which, and after each further power of two, it is estimated whether the end can be reached."""
-
-SHORTEST_STEP = 16 * EPS
-"""The least step, in units of the time: it is a few units in the last place."""
-
-GAUSS_POINTS = 10
-"""Points of Gauss's rule in a step: exact to degree 19, beyond the order of each method."""
-
+SHORTEST_STEP = 16 * EPS  # The least step, in units of the time: it is a few units in the last place.
+GAUSS_POINTS = 10  # Points of Gauss's rule in a step: exact to degree 19, beyond the order of each method.
+# Times below this share of the span count as that share, as steps are bounded relative to the time.
 ORIGIN_OF_TIME = 1e-9
-"""Times below this share of the span count as that share, as steps are bounded relative to the time."""
-
+# Advice, for a hint, where steps get too short.
 SMOOTHER = "smooth what is stiff, jumps, or sticks: tanh(x/0.001) for sign(x)"
-"""Advice, for a hint, where steps get too short."""
 
 
 class Stop(StrEnum):

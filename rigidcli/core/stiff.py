@@ -17,17 +17,11 @@ from rigidcli.core.solution import NO_VALUE, InitialValues, Solution, TooManySte
 
 METHOD = "Radau IIA of order 5 (scipy)"
 
-LEAST_TOLERANCE = 1e-10
-"""The least error of a step: below it, this method takes very many steps."""
-
-MOST_IMPLICIT_STEPS = 100_000
-"""The most steps where this method is asked for: each takes some milliseconds."""
-
-MOST_TRIED = 20_000
-"""The most steps where this method is tried after another one: they take seconds."""
-
+LEAST_TOLERANCE = 1e-10  # The least error of a step: below it, this method takes very many steps.
+MOST_IMPLICIT_STEPS = 100_000  # The most steps where this method is asked for: each takes some milliseconds.
+MOST_TRIED = 20_000  # The most steps where this method is tried after another one: they take seconds.
+# Steps after which it is estimated whether the most steps reach the end: these take a second.
 CHECKED_AFTER = (256, 2048)
-"""Steps after which it is estimated whether the most steps reach the end: these take a second."""
 
 
 def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:

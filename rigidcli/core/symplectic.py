@@ -41,26 +41,18 @@ from rigidcli.errors import ComputationError
 
 METHOD = "Gauss-Legendre 12"
 
-MOST_EQUAL_STEPS = 3_000_000
-"""The most steps: enough for 1e5 turns of a planet, and done in some minutes."""
-
-STAGE_COUNT = 6
-"""Stages of a step. The order of the method is twice as large."""
-
+MOST_EQUAL_STEPS = 3_000_000  # The most steps: enough for 1e5 turns of a planet, and done in some minutes.
+STAGE_COUNT = 6  # Stages of a step. The order of the method is twice as large.
+# The zeros of the Legendre polynomial of degree 6, and the weights of quadrature on [-1, 1].
 POINTS, DOUBLE_WEIGHTS = leggauss(STAGE_COUNT)
-"""The zeros of the Legendre polynomial of degree 6, and the weights of quadrature on [-1, 1]."""
-
+# c and b: where in the step the stages stand, and the weights of their slopes.
 NODES, WEIGHTS = (1 + POINTS) / 2, DOUBLE_WEIGHTS / 2
-"""c and b: where in the step the stages stand, and the weights of their slopes."""
-
+# The Legendre polynomials of degrees 0 to 6 (columns) at the points (rows).
 POLYNOMIALS = legvander(POINTS, STAGE_COUNT)
-"""The Legendre polynomials of degrees 0 to 6 (columns) at the points (rows)."""
-
+# The matrix from increments h b f of the stages (a row) to Legendre coefficients of h f in the step.
 SERIES = POLYNOMIALS[:, :-1] * (2 * np.arange(STAGE_COUNT) + 1)
-"""The matrix from increments h b f of the stages (a row) to Legendre coefficients of h f in the step."""
-
+# The matrix from increments of a step (a column) to those of the next, by the polynomial of the slopes.
 EXTRAPOLATION = WEIGHTS[:, None] * legvander(POINTS + 2, STAGE_COUNT - 1) @ SERIES.T
-"""The matrix from increments of a step (a column) to those of the next, by the polynomial of the slopes."""
 
 
 def _shares() -> Floats:
@@ -75,8 +67,7 @@ def _shares() -> Floats:
     return shares
 
 
-SHARES = _shares()
-"""The shares of stages i (rows) in the increments of stages j (columns)."""
+SHARES = _shares()  # The shares of stages i (rows) in the increments of stages j (columns).
 
 EqualStep: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],

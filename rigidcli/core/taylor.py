@@ -41,14 +41,11 @@ from rigidcli.errors import ComputationError
 
 METHOD = "Taylor (heyoka)"
 
+# Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms.
 NUMBERS_PER_REPORT = 1 << 15
-"""Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
-
+# Coefficients of series that a solution keeps (56 MB); in later steps it is sampled by another method.
 MOST_COEFFICIENTS = 7_000_000
-"""Coefficients of series that a solution keeps (56 MB); in later steps it is sampled by another method."""
-
-MOST_OF_SECOND = 500_000
-"""Those that a second solution keeps, which is compared with the first at few times."""
+MOST_OF_SECOND = 500_000  # Those that a second solution keeps, which is compared with the first at few times.
 
 
 def solve(

@@ -16,25 +16,19 @@ import numpy as np
 from rigidcli.core.arithmetic import EPS, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
-LEAST_MOMENT = 1e-13
-"""A principal moment below this, in units of the largest, is zero."""
-
+LEAST_MOMENT = 1e-13  # A principal moment below this, in units of the largest, is zero.
+# A product of inertia below this, in units of the largest entry, is the rounding of a zero.
 LEAST_PRODUCT = 16 * EPS
-"""A product of inertia below this, in units of the largest entry, is the rounding of a zero."""
-
+# The relative error that rounding leaves in a sum of products, with a margin for long sums.
 ROUNDING_OF_SUM = 64 * EPS
-"""The relative error that rounding leaves in a sum of products, with a margin for long sums."""
-
+# How far, relative to its trace, a tensor may miss an inequality before no body can have it.
 PHYSICAL_SLACK = 1e-10
-"""How far, relative to its trace, a tensor may miss an inequality before no body can have it."""
-
-IDENTITY = np.eye(3, dtype=int)
-"""The axes of a body that is not turned."""
+IDENTITY = np.eye(3, dtype=int)  # The axes of a body that is not turned.
 
 IDENTITY.setflags(write=False)
 
+# The least entries of a tensor (3 by 3), in units of the largest.
 LEAST_ENTRIES = np.where(IDENTITY, LEAST_MOMENT, LEAST_PRODUCT)
-"""The least entries of a tensor (3 by 3), in units of the largest."""
 
 
 def without_rounding(tensor: Array) -> Array:
