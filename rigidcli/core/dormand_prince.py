@@ -14,9 +14,9 @@ section II.5 and appendix, and the program DOP853 there. Stages count from 0. Di
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from itertools import accumulate
+from itertools import accumulate, islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -27,57 +27,38 @@ from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stoppe
 
 METHOD = "Dormand-Prince 8(5,3)"
 
-
-def _numbers(text: str) -> dict[int, float]:
-    """The numbers of a row of the tableau by their places, without the zeros."""
-    return {place: float(number) for place, number in enumerate(text.split()) if number != "0"}
-
-
 # c: where in the step the stages stand.
 NODES = (0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1 / 3, 0.25,
          0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0)  # fmt: skip
-# a: how the stages before make up each stage.
-STAGES: tuple[dict[int, float], ...] = (
-    {},
-    _numbers("0.05260015195876773"),
-    _numbers("0.0197250569845379 0.0591751709536137"),
-    _numbers("0.02958758547680685 0 0.08876275643042054"),
-    _numbers("0.2413651341592667 0 -0.8845494793282861 0.924834003261792"),
-    _numbers("0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242"),
-    _numbers("0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125"),
-    _numbers(
-        "0.03709200011850479 0 0 0.17038392571223998 0.10726203044637328 -0.015319437748624402 "
-        "0.008273789163814023"
-    ),
-    _numbers(
-        "0.6241109587160757 0 0 -3.3608926294469414 -0.868219346841726 27.59209969944671 20.154067550477894 "
-        "-43.48988418106996"
-    ),
-    _numbers(
-        "0.47766253643826434 0 0 -2.4881146199716677 -0.590290826836843 21.230051448181193 "
-        "15.279233632882423 -33.28821096898486 -0.020331201708508627"
-    ),
-    _numbers(
-        "-0.9371424300859873 0 0 5.186372428844064 1.0914373489967295 -8.149787010746927 -18.52006565999696 "
-        "22.739487099350505 2.4936055526796523 -3.0467644718982196"
-    ),
-    _numbers(
-        "2.273310147516538 0 0 -10.53449546673725 -2.0008720582248625 -17.9589318631188 27.94888452941996 "
-        "-2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636"
-    ),
-)
-# b: how all stages make up the step.
-WEIGHTS = _numbers(
-    "0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 "
-    "0.3111643669578199 -0.1521609496625161 0.20136540080403034 0.04471061572777259"
-)
-# b less the weights of the embedded method of order 5.
-ERROR_5 = _numbers(
-    "0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864 "
-    "-0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294"
-)
-# The weights of the embedded method of order 3.
-WEIGHTS_3 = {0: 31 / 127, 8: 1 - 31 / 127 - 3 / 136, 11: 3 / 136}
+
+# The rows of a, of which row i says how the i stages before make up stage i; then b, which says how all make up
+# the step, and b less the weights of the embedded method of order 5.
+TABLEAU = """
+    0.05260015195876773
+    0.0197250569845379 0.0591751709536137
+    0.02958758547680685 0 0.08876275643042054
+    0.2413651341592667 0 -0.8845494793282861 0.924834003261792
+    0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242
+    0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125
+    0.03709200011850479 0 0 0.17038392571223998 0.10726203044637328 -0.015319437748624402 0.008273789163814023
+    0.6241109587160757 0 0 -3.3608926294469414 -0.868219346841726 27.59209969944671 20.154067550477894
+        -43.48988418106996
+    0.47766253643826434 0 0 -2.4881146199716677 -0.590290826836843 21.230051448181193 15.279233632882423
+        -33.28821096898486 -0.020331201708508627
+    -0.9371424300859873 0 0 5.186372428844064 1.0914373489967295 -8.149787010746927 -18.52006565999696
+        22.739487099350505 2.4936055526796523 -3.0467644718982196
+    2.273310147516538 0 0 -10.53449546673725 -2.0008720582248625 -17.9589318631188 27.94888452941996
+        -2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636
+    0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 0.3111643669578199
+        -0.1521609496625161 0.20136540080403034 0.04471061572777259
+    0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864
+        -0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294
+"""
+NUMBERS = map(float, TABLEAU.split())
+*STAGES, WEIGHTS, ERROR_5 = (np.array([*islice(NUMBERS, size)]) for size in (*range(12), 12, 12))
+# The weights of the embedded method of order 3, and b less these.
+WEIGHTS_3 = np.array([31 / 127, 0, 0, 0, 0, 0, 0, 0, 1 - 31 / 127 - 3 / 136, 0, 0, 3 / 136])
+ERROR_3 = WEIGHTS - WEIGHTS_3
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, float], tuple[float, State, State]
@@ -93,8 +74,9 @@ def slices(blocks: Sequence[int]) -> list[slice]:
     return [slice(end - size, end) for size, end in zip(blocks, accumulate(blocks), strict=True)]
 
 
-def _sum(weights: dict[int, float], variable: int) -> str:
-    return " + ".join(f"{weight!r}*k{stage}_{variable}" for stage, weight in weights.items())
+def _sum(weights: Floats, variable: int) -> str:
+    terms = enumerate(weights.tolist())
+    return " + ".join(f"{weight!r}*k{stage}_{variable}" for stage, weight in terms if weight)
 
 
 def _norm(letter: str, block: range) -> str:
@@ -167,14 +149,6 @@ def compiled(text: str) -> Any:
     return names["step"]
 
 
-def _full(numbers: Mapping[int, float], count: int) -> Floats:
-    return np.array([numbers.get(stage, 0.0) for stage in range(count)])
-
-
-A_ROWS = [_full(row, stage) for stage, row in enumerate(STAGES)]
-B_ROW, ERROR_5_ROW, B_3_ROW = (_full(row, len(STAGES)) for row in (WEIGHTS, ERROR_5, WEIGHTS_3))
-ERROR_3_ROW = B_ROW - B_3_ROW
-
 COLUMNS = 16
 """Arrays of states have a multiple of so many columns in products with the tableau.
 
@@ -220,14 +194,14 @@ class ArraySteps:
     def after(self, t: Floats, h: Floats, y: Floats, k: Floats) -> Floats:
         """The states after the steps from y, where the slope is k; the increments are kept."""
         np.multiply(k, h, out=self.increments[0])
-        for row, node, targets in zip(A_ROWS[1:], NODES[1:], self.targets[1:], strict=True):
+        for row, node, targets in zip(STAGES[1:], NODES[1:], self.targets[1:], strict=True):
             self.combined(row, self.state)
             self.state += y
             np.multiply(h, node, out=self.time)
             self.time += t
             for slope, target in zip(self.f(self.time, *self.rows), targets, strict=False):
                 np.multiply(slope, h, out=target)
-        return y + self.combined(B_ROW)
+        return y + self.combined(WEIGHTS)
 
     def with_error(
         self,
@@ -245,7 +219,7 @@ class ArraySteps:
         are relative at least; `parts` are the rows of each block.
         """
         after = self.after(t, h, y, k)
-        p, q = (norms(self.combined(row), parts) for row in (ERROR_5_ROW, ERROR_3_ROW))
+        p, q = (norms(self.combined(row), parts) for row in (ERROR_5, ERROR_3))
         for states in (self.increments[0], y, after):
             sizes = np.maximum(sizes, norms(states, parts))
         # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes.
