@@ -31,8 +31,8 @@ METHOD = "Dormand-Prince 8(5,3)"
 NODES = (0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1 / 3, 0.25,
          0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0)  # fmt: skip
 
-# The rows of a, of which row i says how the i stages before make up stage i; then b, which says how all make up
-# the step, and b less the weights of the embedded method of order 5.
+# The rows of a, of which row i says how the i stages before make up stage i; then b, which says how all make
+# up the step, and b less the weights of the embedded method of order 5.
 TABLEAU = """
     0.05260015195876773
     0.0197250569845379 0.0591751709536137

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.dormand_prince import (
     SAMPLED_AT_ONCE,
     ArraySteps,
@@ -22,14 +22,13 @@ from rigidcli.core.dormand_prince import (
     padded,
     slopes_of,
 )
-from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, sides
+from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, rounding_errors, sides
 from rigidcli.core.second_run import MISSED, other_tolerance
 from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
 
 # The most steps of a start in arrays: the few starts that need more are quicker alone.
 MOST_TOGETHER = 20_000
 LOOKS_AHEAD = 1024  # Steps from one estimate of whether the most steps are enough to the next.
-MOST_FAILURES = 40  # The most tries of one step: each is at most nine tenths as long as the one before.
 # Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache.
 AT_ONCE = 8192
 # Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic.
@@ -38,7 +37,6 @@ ONE_OF = 8  # One start in so many has a second solution where results do not sh
 # One start in so many may wait for the others: to take these out of the arrays takes as long as a step.
 MOST_WAITING = 16
 
-Marks: TypeAlias = NDArray[np.bool_]
 Places: TypeAlias = NDArray[np.int_]
 
 
@@ -51,7 +49,7 @@ class Paths(NamedTuple):
     states: Floats
     steps: NDArray[np.int_]
     largest: Floats
-    alone: Marks
+    alone: Mask
 
     def of(self, some: Places) -> Paths:
         """The paths from the starts at some places."""
@@ -111,7 +109,7 @@ def twice(
     """
     count = starts.shape[1]
 
-    def compared(some: Places) -> tuple[Paths, Marks, Floats]:
+    def compared(some: Places) -> tuple[Paths, Mask, Floats]:
         """The first solutions, and of some of them which have no second one, and how far it is off."""
         both = np.concatenate([np.arange(count), some])
         two = problem.of(both, count)
@@ -151,7 +149,7 @@ class _Going(NamedTuple):
     floors: Floats
     largest: Floats
     steps: Floats
-    failures: Floats
+    failed: Array
     due: Floats
     older: Floats
     last: Floats
@@ -160,9 +158,10 @@ class _Going(NamedTuple):
 class _Lanes:
     """Starts on their way; their number is a multiple of `dormand_prince.COLUMNS`."""
 
-    def __init__(self, problem: ManyStarts, starts: Floats, times: Floats, most: int = MOST_TOGETHER) -> None:
-        self.problem, self.times, self.most = problem, times, most
+    def __init__(self, problem: ManyStarts, starts: Floats, times: Floats) -> None:
+        self.problem, self.times = problem, times
         self.f, self.watched = problem.flow(np), columns(problem.moving)
+        self.roundings = None if problem.roundings is None else problem.roundings(np)
         self.measured, count = problem.parts[-1].stop, starts.shape[1]
         self.end = float(times[-1])
         self.states = np.full((len(times), len(starts), count), np.nan)
@@ -185,7 +184,7 @@ class _Lanes:
             np.zeros(blocks),
             np.abs(starts),
             np.zeros(count),
-            np.zeros(count),
+            np.zeros(count, dtype=bool),
             np.full(count, np.append(times, np.inf)[begun]),
             watched.copy(),
             watched,
@@ -211,7 +210,7 @@ class _Lanes:
             crude = self.problem._replace(
                 parts=[slice(self.measured)], tolerance=1e-6, moving=lambda _: lambda *_: ()
             )
-            largest = _Lanes(crude, y, self.times[-1:], 4 * STEPS_PER_REPORT).followed().largest
+            largest = _Lanes(crude, y, self.times[-1:]).followed().largest
             self.all.least[:] = np.maximum(1e-3 * norms(largest, parts) * empty, SMALLEST_SCALE)
 
     def _cross(self, goal: float, beyond: float) -> None:
@@ -234,9 +233,8 @@ class _Lanes:
         while True:
             left = int(np.count_nonzero(~done))
             if method is None or not left or left < len(done) - len(done) // MOST_WAITING:
-                if turn:
-                    for whole, part in zip(self.all, going, strict=True):
-                        whole[..., active] = part
+                for whole, part in zip(self.all, going, strict=True):
+                    whole[..., active] = part
                 if not left:
                     return
                 # Some that are done fill the columns up.
@@ -244,86 +242,57 @@ class _Lanes:
                 going = _Going(*(part[..., active] for part in self.all))
                 method = ArraySteps(self.f, going.y.shape)
             if not turn % STEPS_PER_REPORT:
-                going.floors[:] = self._floors(going)
+                errors = rounding_errors(self.f, self.roundings, going.t, going.h, going.y, self.measured)
+                going.floors[:] = 2 * norms(errors, self.problem.parts) / going.tolerance
             going, bad = self._stepped(method, goal, active, going)
-            if turn and not turn % STEPS_PER_REPORT:
-                bad |= (going.steps > self.most) | (going.h < self._shortest(going.t))
             if turn and not turn % LOOKS_AHEAD:
-                bad |= self.end - going.t > (self.most - going.steps) * going.h
+                bad |= self.end - going.t > (MOST_TOGETHER - going.steps) * going.h
             is_there = going.t == goal
             self.alone[active[bad & ~is_there]] = True
             done = is_there | self.alone[active]
             turn += 1
 
-    def _shortest(self, t: Floats) -> Floats:
-        return SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end)
-
-    def _stepped(
-        self, method: ArraySteps, goal: float, active: Places, going: _Going
-    ) -> tuple[_Going, Marks]:
+    def _stepped(self, method: ArraySteps, goal: float, active: Places, going: _Going) -> tuple[_Going, Mask]:
         """The starts after one try of a step each, and which of them are to be followed alone.
 
         A start that waits at the goal makes a step of no length.
         """
-        t, y, k, failures = going.t, going.y, going.k, going.failures
+        t, y, k = going.t, going.y, going.k
         left = goal - t
         # What is left is shared by two steps, so that the last one is no mere rest.
         to = t + np.where(left < 2 * going.h, left / 2, going.h)
         np.copyto(to, goal, where=left <= going.h)
-        h, waiting = to - t, np.flatnonzero(left <= 0)
+        h = to - t
         sizes = np.maximum(going.floors * h, going.least)
         error, after, slopes = method.with_error(t, h, y, k, sizes, going.tolerance, self.problem.parts)
-        failed = np.flatnonzero(~(error <= 1.0))
+        failed = ~(error <= 1.0)
         for ends, begins in ((to, t), (after, y), (slopes, k)):
-            ends[..., failed] = begins[..., failed]
+            np.copyto(ends, begins, where=failed)
+        moved = to > t
         if (to >= going.due).any():
             self._want(np.flatnonzero(to >= going.due), active, going, to)
         # No step is more than six times as long as the last, and none grows after one that failed.
-        growth = np.minimum(0.9 / np.sqrt(np.sqrt(np.sqrt(error))), np.where(failures > 0, 1.0, 6.0))
-        growth[failed] = np.where(error[failed] < np.inf, np.maximum(growth[failed], 0.1), 0.25)
-        h = np.minimum(h * growth, going.longest)
-        h[waiting] = going.h[waiting]
-        tries, failures, steps = failures[failed] + 1, np.zeros_like(t), going.steps + 1
-        failures[failed] = tries
-        steps[failed] -= 1
-        steps[waiting] -= 1
-        bad = np.zeros(len(t), dtype=bool)
-        bad[failed] = (tries > MOST_FAILURES) | (h[failed] < self._shortest(t[failed]))
+        growth = np.minimum(0.9 / np.sqrt(np.sqrt(np.sqrt(error))), np.where(going.failed, 1.0, 6.0))
+        shrink = np.where(error < np.inf, np.maximum(growth, 0.1), 0.25)
+        h = np.minimum(h * np.where(failed, shrink, growth), going.longest)
+        bad = failed & (h < SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end))
         older, last = going.older, going.last
         if len(last) > 1:
             now = np.vstack([to, self.watched(to, *after)])
-            good = to > t
-            bad |= good & _narrow(older, last, now)
-            older, last = np.where(good, last, older), np.where(good, now, last)
+            bad |= moved & _narrow(older, last, now)
+            older, last = np.where(moved, last, older), np.where(moved, now, last)
         going = going._replace(
             t=to,
-            h=h,
+            h=np.where(left > 0, h, going.h),
             y=after,
             k=slopes,
             largest=np.maximum(going.largest, np.abs(after)),
-            steps=steps,
-            failures=failures,
+            steps=going.steps + moved,
+            failed=failed,
             older=older,
             last=last,
         )
         return going, bad
-
-    def _floors(self, going: _Going) -> Floats:
-        """What `runge_kutta.floors` gives, for each start."""
-        t, h, _, _, y, k, *_ = going
-        noise = np.zeros_like(y)
-        rows = np.arange(len(y))[:, None]
-        if self.problem.roundings is not None:
-            errors = EPS * slopes_of(self.problem.roundings(np), t, y)
-            moved = np.abs(k - slopes_of(self.f, t, y + 4 * h * errors))
-            noise = np.fmax(errors, moved)
-        for bit in range(max(1, (self.measured - 1).bit_length())):
-            signs = np.where(rows < self.measured, np.where(rows >> bit & 1, 1.0, -1.0), 0.0)
-            for move in (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS):
-                other = slopes_of(self.f, t * (1 + move), y * (1 + move * signs))
-                noise = np.fmax(noise, np.abs(k - other))
-        sizes = norms(noise, self.problem.parts)
-        return np.nan_to_num(2 * sizes / going.tolerance, posinf=0.0)
 
     def _want(self, some: Places, active: Places, going: _Going, to: Floats) -> None:
         """Note the samples that are inside the steps of some starts, and where these steps begin."""
@@ -346,7 +315,7 @@ class _Lanes:
             self.states[place, :, which] = array_step(self.f, t, self.times[place] - t, y).T
 
 
-def _narrow(first: Floats, second: Floats, third: Floats) -> Marks:
+def _narrow(first: Floats, second: Floats, third: Floats) -> Mask:
     """Whether two steps may go over something narrow, by the watched values at their three ends.
 
     The first row of each is the times (1 + f by m).
@@ -365,5 +334,5 @@ def _narrow(first: Floats, second: Floats, third: Floats) -> Marks:
     changed = np.abs(v2 - v1) > 1
     passes = (v1 * v2 < 0) & changed
     turns = inside & (np.abs(turn) < near / 4) & (np.abs(v0 - turn) + np.abs(v2 - turn) > 1)
-    result: Marks = np.logical_or.reduce(passes | turns, axis=0)
+    result: Mask = np.logical_or.reduce(passes | turns, axis=0)
     return result

@@ -14,17 +14,19 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
-from rigidcli.core.arithmetic import EPS
-from rigidcli.core.dormand_prince import METHOD, sampler, slices, stepper
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.dormand_prince import METHOD, norms, sampler, slices, slopes_of, stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
     NO_VALUE,
     ORIGIN_OF_TIME,
     SHORTEST_STEP,
+    Elements,
     Flow,
     Function,
     InitialValues,
@@ -65,8 +67,8 @@ class March:
         least: State | None = None,
     ) -> None:
         self.problem, self.blocks, self.stops, self.project = problem, blocks, stops, project
-        self.f, self.step = problem.function(), stepper(blocks)
-        self.roundings = None if roundings is None else roundings(math)
+        self.f, self.step, self.parts = problem.function(), stepper(blocks), slices(blocks)
+        self.elements, self.roundings = problem.flow(np), None if roundings is None else roundings(np)
         self.t, self.end = problem.span
         self.span, self.tolerance = self.end - self.t, problem.tolerance
         self.y: State = tuple(problem.start.tolist())
@@ -178,10 +180,14 @@ class March:
             self._estimate_floors()
 
     def _estimate_floors(self) -> None:
+        """Find the size of each block of f below which it is rounding errors, divided by the tolerance."""
         self.reach = abs(self.h)
-        self.floors = floors(
-            self.f, self.roundings, self.t, self.y, self.k, self.regular, self.blocks, self.tolerance, self.h
-        )
+        t, y, k = np.array([self.t]), np.array(self.y)[:, None], np.array(self.k)[:, None]
+        errors = rounding_errors(self.elements, self.roundings, t, self.h, y, len(y))
+        sizes = 2 * norms(errors, self.parts)
+        if not self.regular:  # a pole may be near, which must not pass for rounding errors
+            sizes = np.minimum(sizes, 1e-4 * norms(k, self.parts))
+        self.floors = tuple((sizes[:, 0] / self.tolerance).tolist())
 
 
 def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[float, float]]:
@@ -261,39 +267,37 @@ def _crossed(
     return after, slopes
 
 
-def floors(
-    f: Function,
-    roundings: Function | None,
-    t: float,
-    y: State,
-    k: State,
-    regular: bool,
-    blocks: Sequence[int],
-    tolerance: float,
-    h: float = 0.0,
-) -> tuple[float, ...]:
-    """For each block, the size of f below which its value is rounding errors, divided by the tolerance.
+def rounding_errors(
+    f: Elements, roundings: Elements | None, t: Floats, h: Floats | float, y: Floats, measured: int
+) -> Floats:
+    """The rounding errors (n by m) in the values of f at times t (m) and states y (n by m).
 
-    A body at rest in equilibrium has no other value. To find it, f is evaluated with its arguments moved by a
-    few ulps, with all combinations of signs of pairs; `roundings` gives those of small differences. Where
-    steps are no longer `regular`, a pole may be near, which must not pass for rounding errors.
+    A body at rest in equilibrium has no other value. To find them, f is evaluated with the time and the first
+    `measured` variables moved by a few ulps. `roundings` gives those of small differences, which in a few
+    steps h (m) get from one variable into others.
     """
-    noise = [0.0] * len(y)
-    with suppress(*NO_VALUE):
+    moves = _moves(len(y), measured)
+    with np.errstate(all="ignore"):
+        k, errors = slopes_of(f, t, y), np.zeros_like(y)
         if roundings is not None:
-            noise = [EPS * size for size in roundings(t, *y)]
-            # In a few steps those of one variable get into others.
-            other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
-            noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    bits = range(max(1, (len(y) - 1).bit_length()))
-    for bit, move in itertools.product(bits, (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS)):
-        moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
-        with suppress(*NO_VALUE):
-            other = f(t * (1 + move), *moved)
-            noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    sizes = []
-    for block in slices(blocks):
-        floor = 2 * math.hypot(*noise[block])
-        floor = (floor if regular else min(floor, 1e-4 * math.hypot(*k[block]))) / tolerance
-        sizes.append(floor if floor < math.inf else 0.0)
-    return tuple(sizes)
+            errors = EPS * slopes_of(roundings, t, y)
+            errors = np.fmax(errors, np.abs(k - slopes_of(f, t, y + 4 * h * errors)))
+        # All moves stand side by side: variables by moves by m.
+        moved = y[:, None] * moves[1:]
+        other = slopes_of(f, (t * moves[0]).ravel(), moved.reshape(len(y), -1)).reshape(moved.shape)
+        errors = np.fmax(errors, np.fmax.reduce(np.abs(other - k[:, None]), axis=1))
+    errors[errors == np.inf] = 0.0
+    return errors
+
+
+@cache
+def _moves(count: int, measured: int) -> Floats:
+    """Factors (1 + n by moves by 1) of the time and of n variables, of which the `measured` ones move.
+
+    They are near 1, and move any two variables to the same side, and to different ones.
+    """
+    places, bits = np.arange(count)[:, None], np.arange(max(1, (measured - 1).bit_length()))
+    signs = np.where(places < measured, 2.0 * (places >> bits & 1) - 1.0, 0.0)
+    signs = np.vstack([np.ones(len(bits)), signs])
+    moves: Floats = 1 + EPS * (signs[:, :, None] * [-5.0, -3.0, 3.0, 5.0]).reshape(1 + count, -1, 1)
+    return moves

@@ -30,6 +30,7 @@ from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     NO_VALUE,
+    Flow,
     Function,
     InitialValues,
     Solution,
@@ -100,7 +101,8 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
         TooManySteps: it reaches t1 only after more than MOST_EQUAL_STEPS steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
-    f, (t0, t1), y, name = problem.function(), problem.span, tuple(problem.start.tolist()), problem.name
+    (t0, t1), y, name = problem.span, tuple(problem.start.tolist()), problem.name
+    problem.function()  # where it has no value at the start, there is no solution
     most = min(MOST_EQUAL_STEPS, MOST_NUMBERS // len(y))
     # The errors of a few steps add up; rounding leaves 2e-14. With 3e-12 there are more than ten steps in a
     # period: where these are few, and a whole number of them is nearly a period, errors add up for long.
@@ -114,7 +116,9 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
         if steps > most:
             raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
-            path = np.frombuffer(march(f, knots.tolist(), y, error, problem.tell)).reshape(len(knots), -1)
+            path = np.frombuffer(march(problem.flow, knots.tolist(), y, error, problem.tell)).reshape(
+                len(knots), -1
+            )
             break
         except TooLong as long:
             fewest = min(fewest, steps) if long.index else fewest
@@ -132,13 +136,13 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
 
 
 def march(
-    f: Function, knots: Sequence[float], y: State, error: float, tell: Callable[[float], None]
+    flow: Flow, knots: Sequence[float], y: State, error: float, tell: Callable[[float], None]
 ) -> array[float]:
     """The states (m n) at equally distant `knots` (m), from y at the first one.
 
     Raises TooLong where the error of a step is larger than `error`.
     """
-    step, states = stepper(len(y)), array("d", y)
+    f, elements, step, states = flow(math), flow(np), stepper(len(y)), array("d", y)
     # In units of c^(13/6), where c is the highest Legendre coefficient of h f, the error of a step is 0.0048
     # for the exponential function, and 0.0038 for one with a pole.
     limit = (error / 0.005) ** (STAGE_COUNT / (2 * STAGE_COUNT + 1))
@@ -150,8 +154,9 @@ def march(
         try:
             if not index % 256:
                 tell(t)
-                noise = runge_kutta.floors(f, None, t, y, f(t, *y), True, (1,) * len(y), 1e-6)
-                floors = [abs(h) * floor for floor in noise]
+                at, state = np.array([t]), np.array(y)[:, None]
+                noise = runge_kutta.rounding_errors(elements, None, at, h, state, len(y))
+                floors = (2e6 * abs(h) * noise[:, 0]).tolist()
             made = step(f, t, h, y, e, guess, sizes, floors)
         except NO_VALUE:
             made = None

@@ -59,7 +59,7 @@ def on_not_separable(q: float, time: float) -> Floats:
 def steps_of(flow: Flow, start: Floats, end: float, steps: int, tolerance: float = 1.0) -> Floats:
     """The states after so many equal steps, whatever their errors."""
     knots = np.linspace(0, end, steps + 1).tolist()
-    states = symplectic.march(flow(math), knots, tuple(start.tolist()), tolerance, lambda t: None)
+    states = symplectic.march(flow, knots, tuple(start.tolist()), tolerance, lambda t: None)
     return np.array(states).reshape(steps + 1, -1)
 
 
