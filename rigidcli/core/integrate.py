@@ -41,34 +41,29 @@ def integrate(
     *,
     tolerance: float = 1e-12,
     blocks: Sequence[int] | None = None,
-    engine: Engine = "auto",
-    progress: Callable[[float], None] | None = None,
-    name: str = "the solution",
     longest: float = math.inf,
     stops: Sequence[float] = (),
-    like: Solution | None = None,
     roundings: Flow | None = None,
-    starts: int = 1,
     project: Callable[[float, State], State] | None = None,
+    name: str = "the solution",
+    engine: Engine = "auto",
+    starts: int = 1,
+    like: Solution | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
-    `tolerance` bounds the error of each step relative to the variable; `blocks` are the sizes of groups
-    of adjacent variables, n in total, whose error is measured as that of one vector (a quaternion, an
-    angular momentum). No variable needs a scale: 1e-160 is as good as 1. No step is longer than `longest`,
-    and one ends at each of the `stops`, at which something sudden may happen.
+    The arguments from `tolerance` to `name` are those of `InitialValues`, and each variable is a block unless
+    told otherwise. No variable needs a scale: 1e-160 is as good as 1.
 
-    `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
-    flow, and will pay. This depends on numbers of steps alone, never on the clock, so
-    that the same problem has the same result. `progress` is given the fraction done, a few times a second.
-    `roundings` are the rounding errors of the flow, in units of those of one operation.
-    `like`: an earlier solution whose method and scales are reused.
-    The same flow is to be solved from so many `starts`, which are taken to need as many steps: it is compiled
-    once for all. Only `runge-kutta` has steps for `stops`, and for what has no Taylor series: it is taken
-    there, and the solution has a note.
+    `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the flow,
+    and will pay for all the `starts` from which the same flow is to be solved, as it is compiled once. This
+    depends on numbers of steps alone, never on the clock, so that the same problem has the same result. Only
+    `runge-kutta` has steps for `stops`, for `project`, and for what has no Taylor series: it is taken there,
+    and the solution has a note if another method was asked for.
 
-    Steps of `runge-kutta` end with `project`, which moves a state (n) by about the error of the step to where
-    it belongs. No other method is taken then, with a note if one was asked for.
+    `like` is an earlier solution whose method and scales are reused. `progress` is given the fraction done, a
+    few times a second.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -82,10 +77,20 @@ def integrate(
     good = sum(sizes) == len(y0) and all(sizes) and np.isfinite(y0).all()
     if not (good and 0 < tolerance < 1 and longest > 0 and math.isfinite(t1 - t0)):
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
-    tell = _by_percent(progress, t0, t1)
-    # Floats hold no more digits than 1e-15.
-    problem = InitialValues(flow, y0, (t0, t1), max(tolerance, 1e-15), name, longest, tell)
-    engine, note = _allowed(engine, stops, project is not None) if like is None else (like.engine, None)
+    problem = InitialValues(
+        flow,
+        y0,
+        (t0, t1),
+        max(tolerance, 1e-15),  # floats hold no more digits
+        sizes,
+        longest,
+        stops,
+        roundings,
+        project,
+        name,
+        _by_percent(progress, t0, t1),
+    )
+    engine, note = _allowed(engine, problem) if like is None else (like.engine, None)
     match engine:
         case "symplectic":
             from rigidcli.core import symplectic
@@ -94,18 +99,18 @@ def integrate(
         case "stiff":
             return stiff.solve(problem)
         case "taylor" if like is not None:
-            return _by_taylor_again(problem, sizes, stops, like)
-    march = March(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
+            return _by_taylor_again(problem, like)
+    march = March(problem, None if like is None else like.sizes)
     if engine == "taylor":
         return _by_taylor(march)
     return _by_the_best(march, starts) if engine == "auto" else _to_the_end(march, note)
 
 
-def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[Engine, str | None]:
-    """The engine for a problem with these stops, which may be bound to constraints, and why it is another."""
-    if is_bound:
+def _allowed(engine: Engine, problem: InitialValues) -> tuple[Engine, str | None]:
+    """The engine for a problem with stops or constraints, and why it is another than the one asked for."""
+    if problem.project is not None:
         reason = "keeps no constraints"
-    elif len(stops) and engine in ("taylor", "symplectic"):
+    elif len(problem.stops) and engine in ("taylor", "symplectic"):
         reason = "goes over what acts for a moment"
     else:
         return engine, None
@@ -124,7 +129,7 @@ def _compiled(march: March) -> Solution:
     from rigidcli.core import taylor
 
     seen = np.array(march.states).reshape(len(march.times), -1)
-    return taylor.solve(march.problem, taylor.scales_of(seen, march.blocks), march.blocks)
+    return taylor.solve(march.problem, taylor.scales_of(seen, march.problem.blocks))
 
 
 def _by_taylor(march: March) -> Solution:
@@ -141,23 +146,22 @@ def _by_taylor(march: March) -> Solution:
         return _to_the_end(march, f"{error}: the method `auto` is taken")
 
 
-def _by_taylor_again(
-    problem: InitialValues, blocks: tuple[int, ...], stops: Sequence[float], like: Solution
-) -> Solution:
+def _by_taylor_again(problem: InitialValues, like: Solution) -> Solution:
     from rigidcli.core import taylor
 
     t0, t1 = problem.span
     # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
     longest = min(problem.longest, 0.75 * abs(t1 - t0) / like.steps)
-    problem = replace(problem, tolerance=like.tolerance, longest=longest)
     # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
-    stops = stops if like.steps < 4096 else ()
-    return taylor.solve(problem, np.array(like.sizes), blocks, stops, taylor.MOST_OF_SECOND)
+    stops = problem.stops if like.steps < 4096 else ()
+    problem = replace(problem, tolerance=like.tolerance, longest=longest, stops=stops)
+    return taylor.solve(problem, np.array(like.sizes), taylor.MOST_OF_SECOND)
 
 
 def _by_the_best(march: March, starts: int) -> Solution:
     """The solution by the pair; by heyoka where many steps are left, or stiff where there are too many."""
-    problem, may_change = march.problem, not len(march.stops) and find_spec("heyoka") is not None
+    problem, stops = march.problem, march.problem.stops
+    may_change = not len(stops) and find_spec("heyoka") is not None
     (t0, t1), trial = problem.span, TRIAL / starts if may_change else math.inf
     try:
         for t in march.steps:
@@ -171,7 +175,7 @@ def _by_the_best(march: March, starts: int) -> Solution:
                         return _compiled(march)
         return march.solution()
     except TooManySteps:
-        if len(march.stops):
+        if len(stops):
             raise
         # Steps may be short because the method is unstable with longer ones, and not for their errors.
         looser = replace(problem, tolerance=max(problem.tolerance, STIFF_TOLERANCE))

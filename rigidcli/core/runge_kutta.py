@@ -11,7 +11,7 @@ import itertools
 import math
 from array import array
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -27,7 +27,6 @@ from rigidcli.core.solution import (
     ORIGIN_OF_TIME,
     SHORTEST_STEP,
     Elements,
-    Flow,
     Function,
     InitialValues,
     Solution,
@@ -49,25 +48,14 @@ MOST_JUMPS = 16
 class March:
     """The solution of a problem by steps of the pair, as far as it has come, in `times` and `states`.
 
-    `least` has for each of the `blocks` the size to which its error is relative at least. A step ends at each
-    of the `stops`, times on the way in the order in which they come. `roundings` gives the rounding errors
-    of f, in units of those of one operation: no step is short for those of small differences. `project` moves
-    the state (n) after each step, as constraints need it, by about the error of the step. `steps` go on.
+    `least` has for each block the size to which its error is relative at least. `steps` go on.
 
     Raises Stopped where f has no value at the start.
     """
 
-    def __init__(
-        self,
-        problem: InitialValues,
-        blocks: tuple[int, ...],
-        stops: Sequence[float] = (),
-        roundings: Flow | None = None,
-        project: Callable[[float, State], State] | None = None,
-        least: State | None = None,
-    ) -> None:
-        self.problem, self.blocks, self.stops, self.project = problem, blocks, stops, project
-        self.f, self.step, self.parts = problem.function(), stepper(blocks), slices(blocks)
+    def __init__(self, problem: InitialValues, least: State | None = None) -> None:
+        self.problem, roundings = problem, problem.roundings
+        self.f, self.step, self.parts = problem.function(), stepper(problem.blocks), slices(problem.blocks)
         self.elements, self.roundings = problem.flow(np), None if roundings is None else roundings(np)
         self.t, self.end = problem.span
         self.span, self.tolerance = self.end - self.t, problem.tolerance
@@ -75,7 +63,7 @@ class March:
         self.k: State = self.f(self.t, *self.y)
         self.times, self.states = array("d", [self.t]), array("d", self.y)
         self.h = math.copysign(min(abs(self.span) / 1000, problem.longest), self.span)
-        self.least = least_sizes(problem, self.f, blocks, stops) if least is None else least
+        self.least = least_sizes(problem, self.f) if least is None else least
         self.landed, self.shortest = self.t, 0.0  # the end of the last crossed stop, and the shortest step
         self.failures = self.taken = self.jumps = 0
         self.regular = True
@@ -90,7 +78,7 @@ class March:
             TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
         """
         most = min(MOST_STEPS, MOST_NUMBERS // len(self.y))
-        edges = sides(self.t, self.stops, self.end)
+        edges = sides(self.t, self.problem.stops, self.end)
         goal, beyond = next(edges)
         while self.t != self.end:
             if goal == self.t:
@@ -147,8 +135,8 @@ class March:
             error, after, slope = self.step(
                 self.f, t, h, self.y, self.k, self.floors, self.least, self.tolerance
             )
-            if self.project is not None and error <= 1.0:
-                after = self.project(to, after)
+            if self.problem.project is not None and error <= 1.0:
+                after = self.problem.project(to, after)
                 slope = self.f(to, *after)
         except NO_VALUE:
             return to, math.nan, self.y, self.k
@@ -222,28 +210,28 @@ def _jumps(one: State, two: State) -> bool:
     return math.dist(one, two) > 0.01 * max(math.hypot(*one), math.hypot(*two))
 
 
-def least_sizes(
-    problem: InitialValues, f: Function, blocks: tuple[int, ...], stops: Sequence[float] = ()
-) -> State:
+def least_sizes(problem: InitialValues, f: Function) -> State:
     """The least size of each block; for one that begins at zero, at rest, a thousandth of its later size.
 
     Such a block grows like a power of the time. While it is small, no step follows it to a relative accuracy,
     and none need.
     """
-    (t, end), y, parts = problem.span, problem.start.tolist(), slices(blocks)
+    (t, end), y, parts = problem.span, problem.start.tolist(), slices(problem.blocks)
     k = f(t, *y)
     empty = [not any(y[part]) and not any(k[part]) for part in parts]
     if not any(empty):
-        return (SMALLEST_SCALE,) * len(blocks)
+        return (SMALLEST_SCALE,) * len(parts)
     states = array("d", y)
     with suppress(ComputationError, *NO_VALUE):
-        if len(blocks) > 1:
-            pilot = March(replace(problem, tolerance=1e-6, name=""), (len(y),), stops)
+        if len(parts) > 1:
+            crude = replace(problem, tolerance=1e-6, blocks=(len(y),), roundings=None, project=None)
+            pilot = March(crude)
             states = pilot.states
             # Where friction holds a body, the steps would never end.
             deque(itertools.islice(pilot.steps, 64), maxlen=0)
         else:
-            states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
+            step = stepper(problem.blocks)
+            states.extend(step(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
     sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
     return tuple(max(1e-3 * size * none, SMALLEST_SCALE) for none, size in zip(empty, sizes, strict=True))

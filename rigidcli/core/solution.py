@@ -40,16 +40,24 @@ Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic", "stif
 class InitialValues:
     """A problem for any method: y' = f(t, y), y(t0) = `start` (n), over the `span` (t0, t1).
 
-    `tolerance` bounds the error of a step, `longest` its length. `name` is for messages, and `tell` is given
-    times reached, which begin anew when the solution does.
+    `tolerance` bounds the error of a step, relative to each of the `blocks` of adjacent variables, of these
+    sizes; `longest` bounds its length. A step ends at each of the `stops`, times on the way in the order in
+    which they come. `roundings` gives the rounding errors of f, in units of those of one operation: no step
+    is short for those of small differences. `project` moves the state (n) after each step, as constraints
+    need it, by about the error of the step. `name` is for messages, and `tell` is given times reached, which
+    begin anew when the solution does.
     """
 
     flow: Flow
     start: Floats
     span: tuple[float, float]
     tolerance: float
-    name: str = "the solution"
+    blocks: tuple[int, ...]
     longest: float = math.inf
+    stops: Sequence[float] = ()
+    roundings: Flow | None = None
+    project: Callable[[float, State], State] | None = None
+    name: str = "the solution"
     tell: Callable[[float], None] = lambda t: None
 
     def function(self) -> Function:

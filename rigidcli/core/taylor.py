@@ -48,16 +48,10 @@ MOST_COEFFICIENTS = 7_000_000
 MOST_OF_SECOND = 500_000  # Those that a second solution keeps, which is compared with the first at few times.
 
 
-def solve(
-    problem: InitialValues,
-    scales: Floats,
-    blocks: Sequence[int],
-    stops: Sequence[float] = (),
-    most_kept: int = MOST_COEFFICIENTS,
-) -> Solution:
+def solve(problem: InitialValues, scales: Floats, most_kept: int = MOST_COEFFICIENTS) -> Solution:
     """The solution of a problem, whose variables are in units of the `scales` (n).
 
-    It ends a step at each of the `stops`, and keeps `most_kept` coefficients of its series.
+    It keeps `most_kept` coefficients of its series.
 
     Raises:
         Stopped: the solution does not reach t1.
@@ -74,7 +68,7 @@ def solve(
     most = min(MOST_STEPS, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
     # A power of two, as those at which it is asked whether the end can be reached.
     at_once = 1 << max(1, NUMBERS_PER_REPORT // len(scales)).bit_length() - 1
-    f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(stops)]
+    f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(problem.stops)]
     begins, path, kept = [], list[Floats](), 0
     while goals:
         taken = len(knots) - 1
@@ -90,7 +84,7 @@ def solve(
         path.append(output.tcs[:, :, 0].copy())
         kept += output.tcs.size
         outputs.append(output if kept <= most_kept else None)
-        if not _follows(f, output.times, output.tcs, scales, tolerance, blocks):
+        if not _follows(f, output.times, output.tcs, scales, tolerance, problem.blocks):
             raise ComputationError(f"{name} does not follow its Taylor series beyond t = {knots[-1]:.6g}")
         knots.extend(output.times[1:])
         if outcome.name != "step_limit":
@@ -115,14 +109,7 @@ def solve(
         return values
 
     return Solution(
-        len(knots) - 1,
-        METHOD,
-        "taylor",
-        tolerance,
-        times,
-        sample,
-        largest(states),
-        scales.tolist(),
+        len(knots) - 1, METHOD, "taylor", tolerance, times, sample, largest(states), scales.tolist()
     )
 
 
@@ -146,24 +133,12 @@ def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
     units = [heyoka.par[i] for i in range(2 * size)]
     try:
         slopes = flow(heyoka)(heyoka.time, *(unit * v for unit, v in zip(units, variables, strict=False)))
-        return heyoka.taylor_adaptive(
-            [
-                (variable, unit * slope)
-                for variable, unit, slope in zip(variables, units[size:], slopes, strict=True)
-            ],
-            [0.0] * size,
-            tol=tolerance,
-            # It compiles several times faster, at the price of slower steps.
-            compact_mode=True,
-        )
-    except (
-        ArithmeticError,
-        AttributeError,
-        NotImplementedError,
-        RuntimeError,
-        TypeError,
-        ValueError,
-    ) as error:
+        equations = [
+            (v, unit * slope) for v, unit, slope in zip(variables, units[size:], slopes, strict=True)
+        ]
+        # In this mode it compiles several times faster, at the price of slower steps.
+        return heyoka.taylor_adaptive(equations, [0.0] * size, tol=tolerance, compact_mode=True)
+    except (ArithmeticError, AttributeError, RuntimeError, TypeError, ValueError) as error:
         # What heyoka raises for an operation that it does not have depends on the operation.
         raise ComputationError(f"heyoka cannot express {name}: {error}") from error
 
