@@ -49,9 +49,10 @@ class Arithmetic(NamedTuple):
         """`values` (numbers, nested to any depth) as an array of this kind of number."""
         return np.array(values, dtype=object if self.exact else np.float64)
 
-    def tidied(self, number: Any) -> Any:
+    def tidied(self, number: Any) -> Scalar:
         """One number in its shortest form."""
-        return self.tidy(self.array([number]))[0]
+        short: Scalar = self.tidy(self.array([number]))[0] if self.exact else number
+        return short
 
 
 def half_unit(number: float) -> float:

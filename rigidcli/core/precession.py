@@ -77,14 +77,6 @@ def gyroscopic_rate(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Ari
     return None if n.sign(momentum) == 0 else weight_moment / momentum
 
 
-def gyroscopic_period(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic) -> Scalar | None:
-    """Its period, 2 pi |lambda3 spin|/(M g R) (s); None without spin or weight."""
-    momentum = lambda3 * spin
-    if n.sign(momentum) == 0 or n.sign(weight_moment) == 0:
-        return None
-    return _tidy(2 * n.pi * abs(momentum) / weight_moment, n)
-
-
 def gyroscopic_error(
     lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, slow: Scalar | None, n: Arithmetic
 ) -> Scalar | None:
@@ -95,7 +87,7 @@ def gyroscopic_error(
     momentum = lambda3 * spin
     if slow is None or n.sign(momentum) == 0:
         return None
-    return _tidy(-lambda1 * cosine(tilt, n) * slow / momentum, n)
+    return n.tidied(-lambda1 * cosine(tilt, n) * slow / momentum)
 
 
 def steady(
@@ -137,8 +129,8 @@ def sleeping(
     rates = first, second
     sign, root = _root_of_discriminant(lambda1, momentum, weight_moment, n)
     if sign is None:
-        growth = n.sqrt(_tidy(-(root**2), n)) / (2 * lambda1)
-        return Sleeping(threshold, None, _tidy(growth, n), rates)
+        growth = n.sqrt(n.tidied(-(root**2))) / (2 * lambda1)
+        return Sleeping(threshold, None, n.tidied(growth), rates)
     if sign == 0:
         return Sleeping(threshold, "marginal", 0 * lambda1, rates)
     return Sleeping(threshold, "stable", None, rates)
@@ -151,16 +143,16 @@ def _roots(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[Scalar, Scal
     """
     sign, root = _root_of_discriminant(a, s, p, n)
     if sign == -1:
-        return _tidy(s / (2 * a), n), _tidy(root / (2 * a), n), False
+        return n.tidied(s / (2 * a)), n.tidied(root / (2 * a)), False
     turn = n.sign(s)
     if turn is None:
         # The root of the same sign as s, whichever that is.
-        double = s * (1 + n.sqrt(_tidy(1 - 4 * a * p / s**2, n)))
+        double = s * (1 + n.sqrt(n.tidied(1 - 4 * a * p / s**2)))
     else:
         double = s + root if turn > 0 else s - root
     if n.sign(double) == 0:
         return p, p, True  # p = 0 here
-    return _tidy(2 * p / double, n), _tidy(double / (2 * a), n), True
+    return n.tidied(2 * p / double), n.tidied(double / (2 * a)), True
 
 
 def _root_of_discriminant(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[int | None, Scalar]:
@@ -169,7 +161,7 @@ def _root_of_discriminant(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tup
     Floats take D by its factors, which neither overflow nor cancel more than the data do.
     """
     if n.exact:
-        square = _tidy(s**2 - 4 * a * p, n)
+        square = n.tidied(s**2 - 4 * a * p)
         sign = n.sign(square)
         return sign, n.sqrt(-square if sign == -1 else square)
     bound = 2 * n.sqrt(abs(a)) * n.sqrt(p)
@@ -187,12 +179,7 @@ def _threshold(a: Scalar, lambda3: Scalar, p: Scalar, n: Arithmetic) -> Scalar |
     bound = 2 * n.sqrt(a * p) if n.exact else 2 * n.sqrt(a) * n.sqrt(p)
     if n.sign(lambda3) == 0:
         return bound if n.sign(bound) == 0 else None
-    return _tidy(bound / lambda3, n)
-
-
-def _tidy(x: Scalar, n: Arithmetic) -> Scalar:
-    short: Scalar = n.tidied(x) if n.exact else x
-    return short
+    return n.tidied(bound / lambda3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,8 +217,6 @@ def free(lambda1: Scalar, lambda3: Scalar, along: Scalar, across: Scalar, n: Ari
     body_rate, space_rate = flattening * along, n.hypot(across, parallel)
     turning = not (n.sign(along) == 0 and n.sign(across) == 0)
     moving = turning and n.sign(space_rate) != 0
-    # Floats are divided by |omega| and L/lambda1 before they are multiplied: tiny ones would vanish.
-    omega, momentum = (n.hypot(across, along), space_rate) if moving and not n.exact else (1, 1)
     return Free(
         body_rate,
         period(body_rate, n),
@@ -240,12 +225,7 @@ def free(lambda1: Scalar, lambda3: Scalar, along: Scalar, across: Scalar, n: Ari
         -body_rate,
         None if n.sign(along) == 0 else space_rate / abs(along),
         n.atan2(across, along) if turning else None,
-        n.atan2(
-            abs(flattening * (along / omega) * (across / momentum)),
-            (across / omega) * (across / momentum) + (along / omega) * (parallel / momentum),
-        )
-        if moving
-        else None,
+        n.atan2(abs(flattening * along * across), across * across + along * parallel) if moving else None,
         n.atan2(across, parallel) if moving else None,
     )
 

@@ -144,7 +144,7 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
         **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
-        "gyroscopic_period": precession.gyroscopic_period(top.lambda3, section.spin, fall, n),
+        "gyroscopic_period": None if rate is None else precession.period(rate, n),
     }
     if section.tilt is not None:
         torque = fall * precession.sine(section.tilt, n)
