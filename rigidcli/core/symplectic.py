@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -84,11 +84,7 @@ is rounding errors of h f. In units of these sizes, c is the highest Legendre co
 
 
 class TooLong(Exception):  # noqa: N818 - an outcome, named for what has happened
-    """The step of this index is too long; its length should be multiplied by `ratio`."""
-
-    def __init__(self, index: int, ratio: float) -> None:
-        super().__init__(index, ratio)
-        self.index, self.ratio = index, ratio
+    """A step is too long: its index, and the number by which its length should be multiplied."""
 
 
 def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
@@ -116,16 +112,15 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
         if steps > most:
             raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
-            path = np.frombuffer(march(problem.flow, knots.tolist(), y, error, problem.tell)).reshape(
-                len(knots), -1
-            )
+            path = march(problem.flow, knots, y, error, problem.tell)
             break
         except TooLong as long:
-            fewest = min(fewest, steps) if long.index else fewest
-            steps = math.ceil(steps / long.ratio)
+            index, ratio = long.args
+            fewest = min(fewest, steps) if index else fewest
+            steps = math.ceil(steps / ratio)
             # This is enough for an orbit of eccentricity 0.99 that begins at its far end.
             if steps * 1e-4 > fewest:
-                near = float(knots[long.index])
+                near = float(knots[index])
                 raise ComputationError(
                     f"{name} has no steps of one length: they are too short near t = {near:.6g}",
                     hint="take the method `auto`",
@@ -135,10 +130,8 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
     return Solution(steps, METHOD, "symplectic", problem.tolerance, knots, sample, largest(path))
 
 
-def march(
-    flow: Flow, knots: Sequence[float], y: State, error: float, tell: Callable[[float], None]
-) -> array[float]:
-    """The states (m n) at equally distant `knots` (m), from y at the first one.
+def march(flow: Flow, knots: Floats, y: State, error: float, tell: Callable[[float], None]) -> Floats:
+    """The states (m by n) at equally distant `knots` (m), from y at the first one.
 
     Raises TooLong where the error of a step is larger than `error`.
     """
@@ -148,9 +141,10 @@ def march(
     limit = (error / 0.005) ** (STAGE_COUNT / (2 * STAGE_COUNT + 1))
     e: State = (0.0,) * len(y)
     sizes = e
-    h = (knots[-1] - knots[0]) / max(1, len(knots) - 1)
-    guess: State = [h * weight * slope for weight in WEIGHTS.tolist() for slope in f(knots[0], *y)]
-    for index, t in enumerate(knots[:-1]):
+    h = float(knots[-1] - knots[0]) / max(1, len(knots) - 1)
+    times = knots.tolist()
+    guess: State = [h * weight * slope for weight in WEIGHTS.tolist() for slope in f(times[0], *y)]
+    for index, t in enumerate(times[:-1]):
         try:
             if not index % 256:
                 tell(t)
@@ -164,7 +158,7 @@ def march(
             raise TooLong(index, max(0.3, 0.9 * (limit / made[-1]) ** (1 / STAGE_COUNT)) if made else 0.3)
         y, e, guess, sizes, _ = made
         states.extend(y)
-    return states
+    return np.frombuffer(states).reshape(len(knots), -1)
 
 
 def source(count: int) -> str:

@@ -58,9 +58,8 @@ def on_not_separable(q: float, time: float) -> Floats:
 
 def steps_of(flow: Flow, start: Floats, end: float, steps: int, tolerance: float = 1.0) -> Floats:
     """The states after so many equal steps, whatever their errors."""
-    knots = np.linspace(0, end, steps + 1).tolist()
-    states = symplectic.march(flow, knots, tuple(start.tolist()), tolerance, lambda t: None)
-    return np.array(states).reshape(steps + 1, -1)
+    knots = np.linspace(0, end, steps + 1)
+    return symplectic.march(flow, knots, tuple(start.tolist()), tolerance, lambda t: None)
 
 
 def one_step(flow: Flow, start: Floats, h: float, t: float = 0.0) -> Floats:
