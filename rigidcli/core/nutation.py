@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -73,6 +73,11 @@ class Swing:
     def width(self) -> float:
         """u2 - u1."""
         return self.x[1] - self.x[0]
+
+    @property
+    def modulus(self) -> float:
+        """k of the elliptic functions."""
+        return math.sqrt(self.beta * self.width / self.rise)
 
     @property
     def complement(self) -> float:
@@ -177,11 +182,10 @@ def _near_root(g0: float, g1: float, g2: float) -> float:
 class Nutation:
     """The motion of the axis between two tilts (rad), in which theta and phi-dot have one period (s).
 
-    `amplitude` is theta_max - theta_min, to full relative accuracy (rad); `precession_per_nutation` is what
-    phi advances by in a period (rad), `mean_rate` the mean of phi-dot (rad/s). At the two limits phi-dot has
-    opposite signs when `looping`, the same sign when `wavy`, and is zero at one when `cuspidal`: so it
-    is for a pendulum in a plane, where it is zero always. `steady`: theta is constant, and the period
-    is that of an infinitesimal nutation. `none`: the axis is at rest.
+    `precession_per_nutation` is what phi advances by in a period (rad), `mean_rate` the mean of phi-dot
+    (rad/s). At the two limits phi-dot has opposite signs when `looping`, the same sign when `wavy`, and is
+    zero at one when `cuspidal`: so it is for a pendulum in a plane, where it is zero always. `steady`: theta
+    is constant, and the period is that of an infinitesimal nutation. `none`: the axis is at rest.
 
     Where the axis goes through the vertical, phi jumps by half a turn: that is not counted, and phi-dot
     there is its limit, +- lambda3 spin/(2 lambda1). None stands for the infinite period of a top that
@@ -190,7 +194,6 @@ class Nutation:
 
     theta_min: float
     theta_max: float
-    amplitude: float
     phi_dot_at_theta_min: float | None
     phi_dot_at_theta_max: float | None
     period: float | None
@@ -216,30 +219,17 @@ def nutation(
     asked, if theta-dot is zero: at a horizontal axis, the rounding of a quarter turn weighs the more the
     slower the spin is.
     """
+    given = lambda1, lambda3, spin, tilt, precession, nutation, weight_moment
+    lambda1, lambda3, spin, tilt, precession, nutation, weight_moment = map(float, given)
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
-    given = map(float, (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit))
-    motion = _in_units(float(lambda1), float(lambda3), tuple(given), is_steady)
-    units = dict.fromkeys(("phi_dot_at_theta_min", "phi_dot_at_theta_max", "mean_rate"), unit)
-    units["period"] = 1 / unit
-    values = {key: getattr(motion, key) for key in units}
-    return replace(motion, **{key: value and value * units[key] for key, value in values.items()})
-
-
-def rate_unit(*rates: float) -> float:
-    """The power of two about the largest of the rates, in units of which no square vanishes or overflows."""
-    return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
-
-
-def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_steady: bool) -> Nutation:
-    """The nutation in units of time in which no rate is far above 1."""
-    spin, tilt, precession, nutation, weight_moment = given
+    a, beta = lambda3 * (spin / unit) / lambda1, 2 * (weight_moment / unit / unit) / lambda1
+    phi_dot, theta_dot = precession / unit, nutation / unit
     down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
     if abs(tilt - math.pi) <= SAME_NUMBER:
         down, up = 2.0, 0.0
     square = down * up
-    turning, slope = precession * square, nutation * math.sqrt(square)
-    energy = nutation**2 + precession * turning
-    a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
+    turning, slope = phi_dot * square, theta_dot * math.sqrt(square)
+    energy = theta_dot**2 + phi_dot * turning
     # A pole that may be rounding alone is zero.
     terms = (turning, -a * down), (turning, a * up)
     top, bottom = (x + y if abs(x + y) > SAME_NUMBER * (abs(x) + abs(y)) else 0.0 for x, y in terms)
@@ -248,40 +238,37 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     if not any(limits.x):
         rate = precession if square else None
         if not rate:
-            return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
-        period = 2 * math.pi / math.sqrt(limits.rise)
-        return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
+            return Nutation(tilt, tilt, rate, rate, None, None, rate, "none")
+        period = 2 * math.pi / (math.sqrt(limits.rise) * unit)
+        return Nutation(tilt, tilt, rate, rate, period, rate * period, rate, "steady")
     angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(limits.down, limits.up, strict=True)]
     largest, least = (tilt if x == 0 else angle for x, angle in zip(limits.x, angles, strict=True))
-    lower, upper = _phi_dot(limits, a, 0), _phi_dot(limits, a, 1)
+    lower, upper = (_phi_dot(limits, a, end) * unit for end in (0, 1))
     variation = CUSP * (abs(turning) + abs(a) * limits.width)
     rests = any(abs(turning) <= variation for turning in limits.turning) and 0 not in limits.poles
     kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
     if rests or not lower or not upper:
         kind = "cuspidal"
-    ends = (min(least, tilt), max(largest, tilt), _amplitude(limits), upper, lower)
+    ends = (min(least, tilt), max(largest, tilt), upper, lower)
     if not limits.gap:
         return Nutation(*ends, None, None, None, kind)
     quarter = limits.quarter
-    mean, period = _mean_rate(limits, quarter), 4 * quarter / math.sqrt(limits.rise)
+    mean, period = _mean_rate(limits, quarter) * unit, 4 * quarter / (math.sqrt(limits.rise) * unit)
     return Nutation(*ends, period, mean * period, mean, kind)
 
 
-def _phi_dot(limits: Swing, a: float, end: Literal[0, 1]) -> float:
+def rate_unit(*rates: float) -> float:
+    """The power of two about the largest of the rates, in units of which no square vanishes or overflows."""
+    return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
+
+
+def _phi_dot(limits: Swing, a: float, end: int) -> float:
     """phi-dot = (b - a u)/(1 - u^2) at u1 or u2, by its limit at the vertical."""
     if not limits.down[end]:
         return a / 2
     if not limits.up[end]:
         return -a / 2
     return limits.turning[end] / (limits.down[end] * limits.up[end])
-
-
-def _amplitude(limits: Swing) -> float:
-    """The angle between the limits, by the sine and cosine of its half."""
-    (d1, d2), (e1, e2) = limits.down, limits.up
-    return 2 * math.atan2(
-        2 * limits.width / (math.sqrt(d1 * e2) + math.sqrt(e1 * d2)), math.sqrt(e1 * e2) + math.sqrt(d1 * d2)
-    )
 
 
 def _mean_rate(limits: Swing, quarter: float) -> float:
@@ -291,10 +278,9 @@ def _mean_rate(limits: Swing, quarter: float) -> float:
     (1 -+ u1)(1 -+ u2) over 1 -+ u is 1 without weight. So a fast top, whose b - a and b + a are almost
     opposite, loses nothing.
     """
-    k = math.sqrt(limits.beta * limits.width / limits.rise)
     signs = [(pole > 0) - (pole < 0) for pole in limits.poles]
     top, bottom = (
-        beyond_first(k, limits.complement, math.sqrt(last / first)) / quarter if sign else 0.0
+        beyond_first(limits.modulus, limits.complement, math.sqrt(last / first)) / quarter if sign else 0.0
         for sign, (first, last) in zip(signs, (limits.down, limits.up), strict=True)
     )
     less, more = math.sqrt(limits.third), math.sqrt(limits.third + 2 * limits.beta)
