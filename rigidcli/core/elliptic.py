@@ -25,6 +25,13 @@ LEAST_COMPLEMENT = 1e-150
 CONVERGED = 1e-8
 
 
+def to_first_quarter(u: Any, quarter: Any) -> tuple[Any, Any]:
+    """`u` less half periods 2K, within a quarter period K of 0, and the factor +-1 of its sn and cn."""
+    half = 2 * np.where(np.isfinite(quarter), quarter, 1.0)
+    halves = np.where(np.isfinite(quarter), np.rint(u / half), 0.0)
+    return u - halves * half, 1 - 2 * np.mod(halves, 2)
+
+
 def jacobi(u: Any, complement: Any) -> tuple[Any, Any, Any]:
     """sn(u), cn(u), dn(u) for k' = `complement` >= 0, of `u` within some quarter periods of 0.
 

@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi
+from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, to_first_quarter
 from rigidcli.core.principal import EQUAL_MOMENTS, principal_moments
 from rigidcli.core.rotation import as_quaternion, compose, continuous, inverse, representative, to_rounding
 from rigidcli.core.tensor import ROUNDING_OF_SUM, without_rounding
@@ -129,8 +129,7 @@ def _regime(state: State) -> Regime:
     # How far d2 moves, at worst, when each input is off by its rounding: that of a diagonal tensor as it is
     # given is half a unit in the last place, and the arithmetic of `excess` has as much.
     first, third = state.rates[0, [0, 2]] ** 2
-    slopes = abs(2 * high - middle) * high * third + (high * third + low * first) * middle
-    slopes += abs(middle - 2 * low) * low * first
+    slopes = 2 * high * high * third + 2 * low * max(middle - low, low) * first
     noise = COUPLED_NOISE if state.coupled else EPS / 2
     if abs(excess) <= noise * (slopes + 2 * terms):
         return "separatrix"
@@ -293,16 +292,12 @@ class Circulation:
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """omega (m, n, 3) in body axes, and quaternions (m, n, 4) from the axes a, b, c to those along L."""
-        u = self.rate * times + self.start
-        finite = np.where(np.isfinite(self.quarter), self.quarter, 1.0)
-        halves = np.where(np.isfinite(self.quarter), np.rint(u / (2 * finite)), 0.0)
-        u = u - halves * 2 * finite
+        u, sign = to_first_quarter(self.rate * times + self.start, self.quarter)
         sn, cn, dn = jacobi(u, self.complement)
         angle = self.mean_rate * times
         if self.n:
             swaying = growth(self.n, self.k, self.complement, sn, cn, dn) - self.mean_growth * u
             angle = angle + self.swing * swaying
-        sign = 1 - 2 * np.mod(halves, 2)
         turning = np.stack([sign * cn, sign * sn, dn], axis=-1)
         return self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
 

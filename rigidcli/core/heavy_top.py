@@ -20,15 +20,16 @@ Euler angles, nothing is lost there.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, lag
+from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, lag, to_first_quarter
 from rigidcli.core.free_body import SAMPLES_AT_ONCE
 from rigidcli.core.nutation import Start, Swing, rate_unit, swing
 from rigidcli.core.rotation import ULPS_MOVED, representative, to_rounding
@@ -40,16 +41,21 @@ PASSING = 1e-3  # The axis is passing the vertical where it is there within this
 
 @dataclass(frozen=True, slots=True)
 class PhaseAngle:
-    """An angle (rad): `mean` t plus `swing` S(v), where S is an integral with parameter `n`.
+    """An angle (rad): `mean` t plus `swing` S(v).
 
-    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v.
+    S is an `integral` as a function of sn v, cn v and dn v, less its mean growth `growth` v.
     """
 
     mean: float
     swing: float = 0.0
-    n: float = 0.0
-    rest: float = 1.0
     growth: float = 0.0
+    integral: Callable[..., Floats] | None = None
+
+    def at(self, times: Floats, v: Floats, functions: Sequence[Floats]) -> Floats:
+        """The angle at times, where the argument is v and Jacobi's `functions` have these values."""
+        if self.integral is None:
+            return self.mean * times
+        return self.mean * times + self.swing * (self.integral(*functions) - self.growth * v)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +69,6 @@ class HeavyMotion:
     unit: float
     spin: float
     limits: Swing
-    k: float
     rate: float
     start: float
     total: PhaseAngle
@@ -94,21 +99,11 @@ class HeavyMotion:
         These are cos(theta/2) exp(i (phi + psi)/2), sin(theta/2) exp(i (phi - psi)/2) and
         (phi-dot sin(theta) + i theta-dot) exp(i psi).
         """
-        limits, quarter = self.limits, self.limits.quarter
-        v, halves = self.rate * times + self.start, np.zeros_like(times)
-        if math.isfinite(quarter):  # v is taken to within a quarter period of 0
-            halves = np.rint(v / (2 * quarter))
-            v = v - halves * 2 * quarter
+        limits = self.limits
+        v, sign = to_first_quarter(self.rate * times + self.start, limits.quarter)
         sn, cn, dn = jacobi(v, limits.complement)
-        cn = np.abs(cn)  # rounding may put v beyond a quarter period, where the integrals do not go
-        total, difference = self.total.mean * times, self.difference.mean * times
-        if self.total.swing:
-            integral = growth(self.total.n, self.k, limits.complement, sn, cn, dn)
-            total = total + self.total.swing * (integral - self.total.growth * v)
-        if self.difference.swing:
-            integral = lag(self.difference.n, self.difference.rest, sn, cn, dn)
-            difference = difference + self.difference.swing * (integral - self.difference.growth * v)
-        sign = 1 - 2 * np.mod(halves, 2)
+        cn = np.abs(cn)  # rounding may put v beyond a quarter period
+        total, difference = (angle.at(times, v, (sn, cn, dn)) for angle in (self.total, self.difference))
         sn, cn = sign * sn, sign * cn
         rising, falling = self._half_angle(sn, cn)
         across = self._across(rising, falling, sn, cn, dn) * np.exp(0.5j * (total - difference))
@@ -165,7 +160,6 @@ def heavy_motion(
         unit,
         w3,
         limits,
-        math.sqrt(limits.beta * limits.width / limits.rise),
         rate,
         _first_argument(limits, float(start.slope)),
         _total(own, limits, rate),
@@ -203,7 +197,8 @@ def _total(own: float, limits: Swing, rate: float) -> PhaseAngle:
         return PhaseAngle(own)
     n = limits.width / first
     mean = float(complete(limits.complement, last / first, 1.0, 0.0)) / limits.quarter
-    return PhaseAngle(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
+    integral = partial(growth, n, limits.modulus, limits.complement)
+    return PhaseAngle(own + pole * (1 + n * mean) / last, pole * n / (last * rate), mean, integral)
 
 
 def _difference(own: float, limits: Swing, rate: float) -> PhaseAngle:
@@ -213,7 +208,7 @@ def _difference(own: float, limits: Swing, rate: float) -> PhaseAngle:
         return PhaseAngle(own)
     n, rest = limits.width / first, last / first
     mean = n * float(complete(limits.complement, rest, 0.0, 1.0)) / limits.quarter
-    return PhaseAngle(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
+    return PhaseAngle(own + pole * (1 + mean) / first, pole / (first * rate), mean, partial(lag, n, rest))
 
 
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
