@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stopped
+from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stopped, slopes_of
 
 METHOD = "Dormand-Prince 8(5,3)"
 
@@ -160,14 +160,6 @@ depend on the place of its column.
 def padded(count: int) -> NDArray[np.int_]:
     """The numbers below `count`, the last of them repeated up to a multiple of COLUMNS."""
     return np.minimum(np.arange(-(-count // COLUMNS) * COLUMNS), count - 1)
-
-
-def slopes_of(f: Elements, t: Floats, y: Floats) -> Floats:
-    """The derivatives (n by m) at times t (m) and states y (n by m)."""
-    slopes = np.empty_like(y)
-    for slope, row in zip(slopes, f(t, *y), strict=False):
-        slope[:] = row
-    return slopes
 
 
 class ArraySteps:

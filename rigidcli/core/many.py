@@ -14,17 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
-from rigidcli.core.dormand_prince import (
-    SAMPLED_AT_ONCE,
-    ArraySteps,
-    array_step,
-    norms,
-    padded,
-    slopes_of,
-)
+from rigidcli.core.dormand_prince import SAMPLED_AT_ONCE, ArraySteps, array_step, norms, padded
 from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, rounding_errors, sides
 from rigidcli.core.second_run import MISSED, other_tolerance
-from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
+from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns, slopes_of
 
 # The most steps of a start in arrays: the few starts that need more are quicker alone.
 MOST_TOGETHER = 20_000
@@ -134,9 +127,9 @@ class _Going(NamedTuple):
     """What belongs to each start on its way; all arrays have a column for each start.
 
     These are the time, the length of the next step, its bound and its tolerance, the state and its slope,
-    the least sizes and the floors of the blocks, the largest sizes so far, the number of steps, how often
-    the next step has failed, and when the next sample is due. The last two have the times (first row) and
-    the watched values at the ends of the last two steps.
+    the least sizes and the floors of the blocks, the largest sizes so far, the number of steps, whether the
+    last try of a step has failed, and when the next sample is due. The last two have the times (first row)
+    and the watched values at the ends of the last two steps.
     """
 
     t: Floats

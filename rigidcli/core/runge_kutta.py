@@ -19,7 +19,7 @@ from functools import cache
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.dormand_prince import METHOD, norms, sampler, slices, slopes_of, stepper
+from rigidcli.core.dormand_prince import METHOD, norms, sampler, slices, stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
@@ -35,6 +35,7 @@ from rigidcli.core.solution import (
     finite,
     hopeless,
     largest,
+    slopes_of,
     stopped,
 )
 from rigidcli.errors import ComputationError

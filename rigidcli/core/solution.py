@@ -114,14 +114,22 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
         )
 
 
+def slopes_of(f: Elements, times: Floats, variables: Floats | Sequence[Floats]) -> Floats:
+    """The values (m by k) of an f of arrays at times (k) and variables (n by k)."""
+    rows = f(times, *variables)
+    values = np.empty((len(rows), *times.shape))
+    for value, row in zip(values, rows, strict=True):
+        value[:] = row
+    return values
+
+
 def columns(flow: Flow) -> Callable[..., Floats]:
     """The values of a flow (m by k) as a function of times (k) and variables (k), NaN where there is none."""
     f = flow(np)
 
-    def values(times: Floats, *state: Floats) -> Floats:
+    def values(times: Floats, *variables: Floats) -> Floats:
         with np.errstate(all="ignore"):
-            rows = f(times, *state)
-        return np.array([np.broadcast_to(row, times.shape) for row in rows]).reshape(len(rows), *times.shape)
+            return slopes_of(f, times, variables)
 
     return values
 

@@ -36,6 +36,7 @@ from rigidcli.core.solution import (
     TooManySteps,
     hopeless,
     largest,
+    slopes_of,
 )
 from rigidcli.errors import ComputationError
 
@@ -194,10 +195,7 @@ def _follows(
         for power in reversed(range(series.shape[-1])):
             slope = slope * h + value
             value = value * h + series[..., power].T
-        true = np.empty_like(value)
-        for row, derivative in zip(true, f(knots[1:], *(value * scales[:, None])), strict=True):
-            row[:] = derivative
-        true /= scales[:, None]
+        true = slopes_of(f, knots[1:], value * scales[:, None]) / scales[:, None]
         for count in blocks:
             block = slice(first, first := first + count)
             miss, own, way = (np.hypot.reduce(rows[block], axis=0) for rows in (slope - true, value, true))
