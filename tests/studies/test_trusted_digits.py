@@ -103,6 +103,8 @@ def test_a_narrow_wall_far_away_is_found(wall: str) -> None:
 PULSES = [
     ("{a}*exp(-((t - 5.3)/{w})**2)", math.sqrt(math.pi)),
     ("{a}*exp(-abs(t - 5.3)/{w})", 2.0),
+    # It vanishes where its argument has its extremum: it is seen beside that.
+    ("{a}*((t - 5.3)/{w})**2*exp(-((t - 5.3)/{w})**2)", math.sqrt(math.pi) / 2),
     ("{a}*(tanh((t - 5.3)/{w} + 1) - tanh((t - 5.3)/{w} - 1))", 4.0),
 ]
 
