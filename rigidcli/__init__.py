@@ -21,11 +21,12 @@ from __future__ import annotations
 
 from rigidcli.commands import STUDIES
 
+# As in `typing`, which would take longer to load than all else before the program can be interrupted.
 TYPE_CHECKING = False
-"""As in `typing`, which would take longer to load than all else before the program can be interrupted."""
 
 __version__ = "0.1.0"
 
+# The modules of what the package offers.
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),
     **dict.fromkeys(("check", "validate"), "api"),
@@ -34,8 +35,8 @@ _PLACES = {
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
     "Document": "document.document",
 }
-"""The modules of what the package offers."""
 
+# What `help` shows. The classes have pages of their own, such as `help(rigidcli.Result)`.
 __all__ = [
     "STUDIES",
     "axes",
@@ -49,7 +50,6 @@ __all__ = [
     "precess",
     "validate",
 ]
-"""What `help` shows. The classes have pages of their own, such as `help(rigidcli.Result)`."""
 
 if TYPE_CHECKING:
     from typing import Any

@@ -12,14 +12,11 @@ if TYPE_CHECKING:
     from sys import UnraisableHookArgs
     from typing import NoReturn
 
-INTERRUPTED = 130
-"""The exit code after Ctrl-C: 128 and the number of the signal, as shells expect."""
-
+INTERRUPTED = 130  # the exit code after Ctrl-C: 128 and the number of the signal, as shells expect
+# Seconds within which a destructor ends: a second interrupt in the same one would be lost as well.
 AGAIN_AFTER = 0.02
-"""Seconds within which a destructor ends: a second interrupt in the same one would be lost as well."""
-
+# Thresholds of the garbage collection, beyond usual runs: to go through half as many objects takes 30 ms.
 THRESHOLDS = (200_000, 20, 100)
-"""Thresholds of the garbage collection, beyond usual runs: to go through half as many objects takes 30 ms."""
 
 
 def main() -> NoReturn:

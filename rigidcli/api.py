@@ -21,6 +21,7 @@ from rigidcli.homework import Feedback
 from rigidcli.result import Result
 from rigidcli.studies.common import RESULTS
 
+# The help of a study. The help of the package tells its options.
 HELP = """{about}
 
 Fields of the result, which `rigidcli explain {name}` explains:
@@ -28,13 +29,11 @@ Fields of the result, which `rigidcli explain {name}` explains:
 
 {example}
 """
-"""The help of a study. The help of the package tells its options."""
 
+# Values by their keys, such as `body.mass` or the name of a parameter; or texts such as `body.mass=3`.
 Settings: TypeAlias = Mapping[str, object] | Sequence[str]
-"""Values by their keys, such as `body.mass` or the name of a parameter; or texts such as `body.mass=3`."""
-
+# A study as a function. Each takes the options that its help names, and refuses others.
 Study: TypeAlias = Callable[..., Result]
-"""A study as a function. Each takes the options that its help names, and refuses others."""
 
 
 def _study(name: str) -> Study:

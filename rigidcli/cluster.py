@@ -16,17 +16,13 @@ from weakref import WeakSet
 import rigidcli
 from rigidcli.errors import ComputationError, UsageError
 
+# Seconds within which a scheduler must answer: one that is there does so in a tenth of a second.
 ANSWERS_WITHIN = 5.0
-"""Seconds within which a scheduler must answer: one that is there does so in a tenth of a second."""
-
+# Seconds to wait for the first worker: one that is started on demand takes half of them.
 WORKERS_WITHIN = 60.0
-"""Seconds to wait for the first worker: one that is started on demand takes half of them."""
-
-ASKED_EVERY = 0.5
-"""Seconds between looks at whether the scheduler is still there: a look costs nothing."""
-
+ASKED_EVERY = 0.5  # seconds between looks at whether the scheduler is still there: a look costs nothing
+# The fewest workers for which packs are queued: more may start when there is work for them.
 LEAST_WORKERS = 16
-"""The fewest workers for which packs are queued: more may start when there is work for them."""
 
 
 @contextmanager

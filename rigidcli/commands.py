@@ -128,9 +128,8 @@ _ROWS = (
     *(Command(name, module="printing") for name in ("explain", "schema", "new")),
 )
 
+# The commands. A study is the function `run` of the module of its name in `rigidcli.studies`; another one is
+# the function of its name in its module of `rigidcli.cli`, where its help stands, too.
 COMMANDS = {row.name: row for row in _ROWS}
-"""The commands. A study is the function `run` of the module of its name in `rigidcli.studies`; another one is
-the function of its name in its module of `rigidcli.cli`, where its help stands, too."""
-
+# The names of the studies, each of which is also a function of the package.
 STUDIES = tuple(row.name for row in _ROWS if row.needs)
-"""The names of the studies, each of which is also a function of the package."""

@@ -25,20 +25,14 @@ if TYPE_CHECKING:
 _Task = TypeVar("_Task")
 _Result = TypeVar("_Result")
 
+# How many processes work, or the address of the scheduler of a Dask cluster that does.
 Jobs: TypeAlias = int | str
-"""How many processes work, or the address of the scheduler of a Dask cluster that does."""
 
-PACKS_AHEAD = 4
-"""Packs of tasks that are queued for each process, so that none is idle."""
-
-PACK_SECONDS = 0.1
-"""Seconds of work in a pack of tasks: handing it over takes a hundredth of that."""
-
-MOST_TASKS_IN_PACK = 256
-"""The most tasks in a pack, which bounds the memory for their results."""
-
+PACKS_AHEAD = 4  # packs of tasks that are queued for each process, so that none is idle
+PACK_SECONDS = 0.1  # seconds of work in a pack of tasks: handing it over takes a hundredth of that
+MOST_TASKS_IN_PACK = 256  # the most tasks in a pack, which bounds the memory for their results
+# Held by a thread that works: a worker of a cluster may have several, which would share settings.
 _ALONE = threading.Lock()
-"""Held by a thread that works: a worker of a cluster may have several, which would share settings."""
 
 
 def each(

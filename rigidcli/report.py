@@ -14,11 +14,10 @@ if TYPE_CHECKING:
     from rigidcli.language.code import Formulas
     from rigidcli.picture import Picture
 
+# Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings.
 NOISE = 4 * 2.0**-52
-"""Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
-
+# A number or array (floats, or exact), a text, a truth value, a list, or None for a missing value.
 Value: TypeAlias = Any
-"""A number or array (floats, or exact), a text, a truth value, a list, or None for a missing value."""
 
 
 @dataclass(slots=True)

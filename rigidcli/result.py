@@ -25,8 +25,8 @@ class Result(Report):
     the replay of a motion. `units` has the units of its fields, and `to_dataframe` makes a table for pandas.
     """
 
+    # Repeats the study with pictures and the replay of a motion; it is not pickled.
     _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
-    """Repeats the study with pictures and the replay of a motion; it is not pickled."""
 
     def __getitem__(self, key: str) -> Any:
         tree = self.tree

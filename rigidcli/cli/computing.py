@@ -37,17 +37,13 @@ if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
     from rigidcli.report import Report
 
+# With fewer values or FILES, starting processes costs more than it saves; else each core gets one.
 LEAST_FOR_PROCESSES = 500
-"""With fewer values or FILES, starting processes costs more than it saves; else each core gets one."""
-
+# The most rows of a table for people, which is kept in memory until the columns are known.
 MOST_SHOWN = 100_000
-"""The most rows of a table for people, which is kept in memory until the columns are known."""
-
+# The most motions of a sweep among which a slider of a page chooses: they are all in the page.
 MOST_MOTIONS = 60
-"""The most motions of a sweep among which a slider of a page chooses: they are all in the page."""
-
-PULSE = 2.0
-"""Seconds after which a terminal shows the time that the work has taken."""
+PULSE = 2.0  # seconds after which a terminal shows the time that the work has taken
 
 
 class Asked(NamedTuple):

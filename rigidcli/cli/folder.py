@@ -17,14 +17,11 @@ from rigidcli.render import parquet
 if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
 
+# Documents, each with the places of the sweep at which it is worked.
 Part: TypeAlias = Sequence[tuple[Task, range]]
-"""Documents, each with the places of the sweep at which it is worked."""
-
+# Places of a sweep, or documents, of a part: a worker is busy with them for seconds.
 PLACES, DOCUMENTS = 2048, 64
-"""Places of a sweep, or documents, of a part: a worker is busy with them for seconds."""
-
-ERROR = "error"
-"""The column that says why a row has no results."""
+ERROR = "error"  # the column that says why a row has no results
 
 
 def write_folder(

@@ -15,13 +15,10 @@ import typer
 from rigidcli.cli.output import bad_parameter, check_path
 from rigidcli.errors import UsageError, shown
 
-MORE = "More options"
-"""The head of the help above the options that few users need."""
-
+MORE = "More options"  # the head of the help above the options that few users need
 _LINES = Path(__file__).with_name("options.csv").read_text("utf-8").splitlines()[1:]
-
+# How options are spelled, whether few users need them, and their help.
 OPTIONS = {key: row for key, *row in csv.reader(_LINES)}
-"""How options are spelled, whether few users need them, and their help."""
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -145,7 +142,6 @@ def format_option(formats: Any) -> Any:
 
 
 FILES = "Documents, robots or bodies (.stl ...). `-` is standard input, `@files.txt` a list of names."
-
 Files = Annotated[list[str], typer.Argument(metavar="FILE", help=FILES)]
 OutputPath = Annotated[str | None, option("output", callback=check_path)]
 Settings = Annotated[list[str] | None, option("settings", callback=_check_settings)]

@@ -23,8 +23,7 @@ from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError
 
 # --- messages
 
-LESS = "ask for fewer samples or smaller inputs, or allow more memory"
-"""Advice where memory was not enough."""
+LESS = "ask for fewer samples or smaller inputs, or allow more memory"  # advice where memory was not enough
 
 
 def complain(text: str) -> None:
@@ -153,8 +152,7 @@ def counted(total: int) -> Iterator[Callable[[], None]]:
         yield done
 
 
-SOON = 4.0
-"""Seconds of a run below which it is not worth telling how long it takes."""
+SOON = 4.0  # seconds of a run below which it is not worth telling how long it takes
 
 
 def forecast() -> Callable[[int, int], None]:
@@ -175,8 +173,8 @@ def forecast() -> Callable[[int, int], None]:
 
 # --- results
 
+# Advice where the output would overwrite a file that is read.
 OTHER_NAME = "choose another name for the output"
-"""Advice where the output would overwrite a file that is read."""
 
 
 def check_path(path: str | None) -> str | None:

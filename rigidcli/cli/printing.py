@@ -24,20 +24,16 @@ from rigidcli.sandbox import usable_cores
 if TYPE_CHECKING:
     from rigidcli.report import Report
 
+# The starters: files of that name in `rigidcli/starters`, mostly with the ending `.yaml`.
 Kind = StrEnum(
     "Kind",
     "shape points parts section tensor density mesh molecule robot symbols motion free driven top planet "
     "system oscillations assignment answers gradescope",
 )
-"""The starters: files of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
-
-NAMES = (*Kind, "gallery")
-"""The words for `new`: the starters, and pages of all examples."""
-
+NAMES = (*Kind, "gallery")  # the words for `new`: the starters, and pages of all examples
 ONE_OF = f"One of {', '.join(NAMES)}."
-
+# The endings of the starters that are no YAML.
 ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
-"""The endings of the starters that are no YAML."""
 
 
 def _kind(typed: str) -> str:
@@ -95,19 +91,12 @@ def new(
         complain(f"wrote {output}{following}")
 
 
+# The first command that a starter names for itself.
 _COMMAND = re.compile(r"rigidcli [a-z]+(?: -[-a-z]+)* FILE[.a-z]*")
-"""The first command that a starter names for itself."""
-
-_FILE = re.compile("FILE[.a-z]*")
-"""The name of the starter's own file in that command."""
-
-
-SchemaKind = StrEnum("SchemaKind", "document assignment answers")
-"""The kinds of files that have a schema."""
-
+_FILE = re.compile("FILE[.a-z]*")  # the name of the starter's own file in that command
+SchemaKind = StrEnum("SchemaKind", "document assignment answers")  # the kinds of files that have a schema
 _SchemaKind = Annotated[SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")]
 ABOUT = "A key, shape, unit, function, result or mistake."
-
 _Path = Annotated[str | None, typer.Argument(metavar="PATH", help=ABOUT, show_default=False)]
 
 
@@ -143,16 +132,15 @@ def explain(path: _Path = None) -> None:
 # --- the gallery: a page for each example, and an index of them with small pictures
 
 INSTALLED = Path(rigidcli.__file__).parent / "configs"
+# The folder of the examples: a wheel has them inside of the package, a checkout beside it.
 EXAMPLES = INSTALLED if INSTALLED.is_dir() else INSTALLED.parents[1] / "configs"
-"""The folder of the examples: a wheel has them inside of the package, a checkout beside it."""
-
+# The studies with their headings; the first one that fits a document shows it.
 GROUPS = {
     "hamilton": "Lagrangians and Hamiltonians",
     "precess": "Tops and precession",
     "euler": "Bodies in motion",
     "axes": "Inertia and principal axes",
 }
-"""The studies with their headings; the first one that fits a document shows it."""
 
 
 class Card(NamedTuple):

@@ -26,23 +26,15 @@ if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
+# Makes a context that gives a function, which shows the share of the work that is done.
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
-"""Makes a context that gives a function, which shows the share of the work that is done."""
-
-FEW_FILES = 16
-"""Up to this many FILES, starts are shared among processes; beyond it, whole FILES."""
-
+FEW_FILES = 16  # up to this many FILES, starts are shared among processes; beyond it, whole FILES
+# Tasks of a large ensemble, and blocks of starts in a task: few tasks, as each one reads the document.
 FEW_TASKS, MOST_BLOCKS = 64, 16
-"""Tasks of a large ensemble, and blocks of starts in a task: few tasks, as each one reads the document."""
-
-WIDE = 2000
-"""Starts in arrays of which twice as many take twice as long; fewer cost nearly as much as these."""
-
+WIDE = 2000  # starts in arrays of which twice as many take twice as long; fewer cost nearly as much as these
+# The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB.
 SWEPT, SWEPT_SAMPLES = 128, 500_000
-"""The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB."""
-
-CLUSTER = 32
-"""Processes that a cluster is taken to have."""
+CLUSTER = 32  # processes that a cluster is taken to have
 
 
 class Work(NamedTuple):

@@ -29,16 +29,13 @@ from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
 from rigidcli.studies.common import RESULTS
 
-Schema: TypeAlias = Mapping[str, Any]
-"""The JSON Schema of a value."""
-
-
+Schema: TypeAlias = Mapping[str, Any]  # the JSON Schema of a value
+# The files that people write.
 WRITTEN_FILES: Mapping[str, tuple[str, type[Section]]] = {
     "document": ("the keys at the top of a document", Document),
     "assignment": ("the keys of an assignment of `check`", Assignment),
     "answers": ("the keys of an answer file", AnswerFile),
 }
-"""The files that people write."""
 
 
 def entries() -> list[Entry]:
@@ -283,8 +280,8 @@ def _summary(schema: Schema, is_needed: bool) -> str:
     return "; ".join(filter(None, [sentence, "" if is_said else kind, usual, "needed" if is_needed else ""]))
 
 
+# The types of JSON in the words of documents.
 _TYPES = {"array": "a list", "boolean": "true or false", "integer": "a whole number", "object": "a mapping"}
-"""The types of JSON in the words of documents."""
 
 
 def _kind(schema: Schema) -> str:

@@ -15,12 +15,8 @@ from typing import NamedTuple
 from rigidcli.errors import UsageError, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.words import shapes_called
 
-PAGE_WIDTH = 80
-"""Characters in a line of a page, as in the narrowest terminal that people use."""
-
-ENTRIES = Path(__file__).with_name("entries.json")
-"""The file with all entries."""
-
+PAGE_WIDTH = 80  # characters in a line of a page, as in the narrowest terminal that people use
+ENTRIES = Path(__file__).with_name("entries.json")  # the file with all entries
 EXAMPLE_PATHS = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
 
 

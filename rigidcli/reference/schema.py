@@ -7,8 +7,7 @@ from typing import Any
 from rigidcli.document.document import Document
 from rigidcli.fields.section import SECTION_REFERENCE, SHARED_SCHEMA, Section
 
-_DIALECT = "https://json-schema.org/draft/2020-12/schema"
-"""The edition of JSON Schema, which pydantic writes."""
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"  # the edition of JSON Schema, which pydantic writes
 
 
 def json_schema(root: type[Section] = Document) -> dict[str, Any]:

@@ -50,9 +50,9 @@ class Format(StrEnum):
     mjcf = "mjcf"
 
 
+# The motions from many starts: `rows` of all samples that begin with the start, a report for each of the
+# `starts`, or a `few` samples of each start, for a summary.
 Ensembles: TypeAlias = Literal["rows", "starts", "few"]
-"""The motions from many starts: `rows` of all samples that begin with the start, a report for each of the
-`starts`, or a `few` samples of each start, for a summary."""
 
 
 class Traits(NamedTuple):
@@ -85,7 +85,7 @@ class Traits(NamedTuple):
 
 _PROGRAM = Traits(studies=("hamilton",), module="program", program=True)
 _BLOCK = Traits(studies=("inertia",), module="inertial")
-
+# The needs and abilities of the formats.
 TRAITS = {
     Format.table: Traits(people=True, ensembles="few", terminal=True),
     Format.json: Traits(),
@@ -99,7 +99,6 @@ TRAITS = {
     Format.sdf: _BLOCK,
     Format.mjcf: _BLOCK,
 }
-"""The needs and abilities of the formats."""
 
 
 def formats_of(study: str) -> list[Format]:

@@ -13,8 +13,7 @@ from rigidcli.render import Look
 from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Column, Report, Value
 
-ROWS = 50_000
-"""Rows of a table that are written at a time: their text takes some 15 MB."""
+ROWS = 50_000  # rows of a table that are written at a time: their text takes some 15 MB
 
 
 class CsvPiece(NamedTuple):

@@ -16,14 +16,11 @@ from rigidcli.render.web.mathml import formula, prose
 from rigidcli.render.web.page import page, resource, script_element, script_of, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
+# A number with or without a power of ten: all numbers of a column are in the font of the page.
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
-"""A number with or without a power of ten: all numbers of a column are in the font of the page."""
-
+# The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB.
 PAGE, NOTEBOOK = 300_000, 8_000
-"""The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
-
-_NUMERIC = ' class="number"'
-"""The class of cells with numbers, and of the heads above them."""
+_NUMERIC = ' class="number"'  # the class of cells with numbers, and of the heads above them
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:

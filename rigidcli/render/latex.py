@@ -18,23 +18,15 @@ _SPECIAL = str.maketrans(
     | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
-
-_LONG = 50
-"""The most letters of a formula or words on one line, which then fits on a page."""
-
+_LONG = 50  # the most letters of a formula or words on one line, which then fits on a page
+# A paragraph beside the equals sign, in which TeX breaks lines at blanks.
 _LINES = r"\parbox[t]{{0.62\linewidth}}{{\raggedright {}}}"
-"""A paragraph beside the equals sign, in which TeX breaks lines at blanks."""
-
+# Width of a page of A4 with margins of 2 cm, of a letter of ten points, and between columns, in points.
 _PAGE, _LETTER, _GAP = 482.0, 5.7, 12.0
-"""Width of a page of A4 with margins of 2 cm, of a letter of ten points, and between columns, in points."""
-
+# Commands and marks of LaTeX that take no width on the page.
 _WIDTHLESS = re.compile(r"\\(?:(?:left|right|frac|mathrm|mathbf|text(?:superscript)?|d?dot)\b|,)|[{}$^_ ]")
-"""Commands and marks of LaTeX that take no width on the page."""
-
-_MOST_IN_PMATRIX = 10
-"""Columns that a `pmatrix` has room for, unless the document sets MaxMatrixCols."""
-
-
+_MOST_IN_PMATRIX = 10  # columns that a `pmatrix` has room for, unless the document sets MaxMatrixCols
+# The beginning of a document that compiles by itself; `fit` shrinks formulas that are wider than a line.
 PREAMBLE = r"""\documentclass{article}
 \usepackage[margin=2cm]{geometry}
 \usepackage{amsmath,graphicx}
@@ -42,7 +34,6 @@ PREAMBLE = r"""\documentclass{article}
 \newcommand{\fit}[1]{\sbox0{#1}\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\usebox0}\else\usebox0\fi}
 \begin{document}
 """
-"""The beginning of a document that compiles by itself; `fit` shrinks formulas that are wider than a line."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:

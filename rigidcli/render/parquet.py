@@ -16,11 +16,9 @@ from rigidcli.render import Look
 from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Report, Value
 
-ROWS = 65_536
-"""Rows that are kept in memory and written together: 30 MB for 60 columns."""
-
+ROWS = 65_536  # rows that are kept in memory and written together: 30 MB for 60 columns
+# The kinds of columns; a mixture of kinds is turned into texts.
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
-"""The kinds of columns; a mixture of kinds is turned into texts."""
 
 
 class ParquetPiece(NamedTuple):

@@ -26,11 +26,8 @@ from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number,
 from rigidcli.render import Look
 from rigidcli.report import Report, Run
 
-WIDTH = 100
-"""The width of lines in characters; longer ones are broken at blanks."""
-
-FUNCTIONS = {"abs": "fabs"}
-"""The functions that these languages call by another name than documents do."""
+WIDTH = 100  # the width of lines in characters; longer ones are broken at blanks
+FUNCTIONS = {"abs": "fabs"}  # the functions that these languages call by another name than documents do
 
 
 class Language(NamedTuple):
@@ -53,11 +50,9 @@ class Language(NamedTuple):
     end: str
 
 
+# The names that programs in Python define or import themselves.
 _OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
-"""The names that programs in Python define or import themselves."""
-
 _WORDS = frozenset([*_OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)])
-
 # Python raises an error for a fractional power of a negative number by `pow`; `**` has a complex number. In C
 # it is not a number.
 PYTHON = Language("python.txt", "#", _WORDS, "", "**", "{} = {}", "nan", "", "")

@@ -11,8 +11,8 @@ from rigidcli.language.tokens import GREEK
 from rigidcli.language.words import FUNCTIONS
 
 Token: TypeAlias = re.Match[str]
-
 _GREEK = "|".join((*GREEK, "Gamma", "Delta", "Omega", "Phi", "Psi"))
+# The parts of a formula. A hyphen between letters is a part of a word: `j-th`, `T-handle`.
 _TOKEN = re.compile(
     rf"""
     (?P<product>(?<=omega)\ x\ (?=[A-Z]\b)|(?<=\bR)\ x\ (?=M\ g))   # of vectors
@@ -27,24 +27,18 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE,
 )
-"""The parts of a formula. A hyphen between letters is a part of a word: `j-th`, `T-handle`."""
-
 _SIGNS = {"<=": r"\le ", ">=": r"\ge ", "*": r"\,", "{": r"\{", "}": r"\}"}
-
+# Signs at which no formula begins, and at which none ends.
 _NO_BEGINNING, _NO_END = tuple(")/*+=<>}"), tuple("(/*+-=<>{")
-"""Signs at which no formula begins, and at which none ends."""
-
 _VECTORS: Mapping[str, str] = {name: rf"\mathbf{{{name}}}" for name in ("L", "N", "R", "g")} | {
     "omega": r"\boldsymbol{\omega}"
 }
 _TENSORS: Mapping[str, str] = {name: rf"\mathbf{{{name}}}" for name in ("1", "I", "R", "d", "e")} | {
     "I_cm": r"\mathbf{I}_{\mathrm{cm}}"
 }
+# Words about the motion of a body, in which L alone is the angular momentum, and not a Lagrangian.
 _OF_BODIES = re.compile(r"\babout L\b|\bomega\b|\be[123]\b")
-"""Words about the motion of a body, in which L alone is the angular momentum, and not a Lagrangian."""
-
-_TENSOR = re.compile(r"I_cm|lambda 1|[A-Z]\^T")
-"""What only formulas of tensors have."""
+_TENSOR = re.compile(r"I_cm|lambda 1|[A-Z]\^T")  # what only formulas of tensors have
 
 
 def typeset(words: str) -> Iterator[tuple[str, bool]]:

@@ -10,8 +10,8 @@ from rigidcli.render.terminal import Page, TextRow
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields
 from rigidcli.report import Field, Report, Table, Value
 
+# Letters of a title in a column: a longer one, such as a formula of the working, has a line of its own.
 LONGEST_TITLE = 36
-"""Letters of a title in a column: a longer one, such as a formula of the working, has a line of its own."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:

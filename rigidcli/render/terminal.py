@@ -11,11 +11,8 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple, TypeAlias
 
-Part: TypeAlias = tuple[str, str]
-"""A text without line breaks, and its style: `bold`, a colour, or none."""
-
-GAP = 2
-"""Blanks between columns, and the indent of a body that stands below its heads."""
+Part: TypeAlias = tuple[str, str]  # a text without line breaks, and its style: `bold`, a colour, or none
+GAP = 2  # blanks between columns, and the indent of a body that stands below its heads
 
 
 def cells(text: str) -> int:

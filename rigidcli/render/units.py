@@ -16,11 +16,9 @@ from rigidcli.fields.units import Unit, is_unit, parse_unit
 from rigidcli.render.values import is_exact
 from rigidcli.report import Field, Report, Table, Value
 
-Units: TypeAlias = Mapping[Dimension, Unit]
-"""The chosen units by their dimensions."""
-
+Units: TypeAlias = Mapping[Dimension, Unit]  # the chosen units by their dimensions
+# The base dimensions of results, in the order in which units are written, with their SI units.
 BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
-"""The base dimensions of results, in the order in which units are written, with their SI units."""
 
 
 def read_units(text: str) -> Units:

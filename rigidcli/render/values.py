@@ -16,9 +16,8 @@ from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells, yes_or_no
 
 _PLAIN = (float, int, str, bool, type(None))
-
+# A function that writes a number: a float with a number of digits, or an exact expression.
 Notation: TypeAlias = Callable[[Value, int], str]
-"""A function that writes a number: a float with a number of digits, or an exact expression."""
 
 
 def is_exact(value: Value) -> bool:

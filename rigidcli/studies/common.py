@@ -94,12 +94,8 @@ def _representable(field: Field) -> Field:
     return field
 
 
-TINY = float(np.finfo(np.float64).tiny)
-"""The least float with all digits."""
-
-
-SHOWN_DIGITS = 6
-"""The digits that people see by default: a result with fewer trusted digits says so."""
+TINY = float(np.finfo(np.float64).tiny)  # the least float with all digits
+SHOWN_DIGITS = 6  # the digits that people see by default: a result with fewer trusted digits says so
 
 
 def noise(trusted_digits: float | None) -> float:
@@ -159,9 +155,8 @@ def _read() -> dict[str, dict[str, Field]]:
 
 
 _BY_KEY = _read()
-
+# The results of each study, still without values, by the name of its command.
 RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
-"""The results of each study, still without values, by the name of its command."""
 
 
 def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:

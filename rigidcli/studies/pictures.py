@@ -12,15 +12,11 @@ from rigidcli.errors import RigidError, UsageError, guess
 if TYPE_CHECKING:
     from rigidcli.picture import Picture
 
-BEST = "best"
-"""Asks for the first kind of picture that the result can be drawn as."""
-
-ANY = "any"
-"""Asks for the best picture, or for none where there is nothing to draw."""
-
+BEST = "best"  # asks for the first kind of picture that the result can be drawn as
+ANY = "any"  # asks for the best picture, or for none where there is nothing to draw
+# The kinds of pictures by study, with the modules that have functions of these names; a function raises
+# UsageError where the result has nothing to show.
 KINDS = {name: COMMANDS[name].pictures for name in STUDIES}
-"""The kinds of pictures by study, with the modules that have functions of these names; a function raises
-UsageError where the result has nothing to show."""
 
 
 def require_kind(command: str, kind: str) -> None:

@@ -10,14 +10,10 @@ from urllib.parse import quote
 from rigidcli.errors import UsageError, printable
 from rigidcli.report import Report
 
-ENDINGS = ("png", "svg", "pdf")
-"""The endings of files that pictures can be written to."""
-
-CHARACTERS = "-"
-"""The path that asks for a chart of characters in place of a file."""
-
+ENDINGS = ("png", "svg", "pdf")  # the endings of files that pictures can be written to
+CHARACTERS = "-"  # the path that asks for a chart of characters in place of a file
+# The libraries of the extra `show` by their use; `drawing` and `characters` are modules of this package.
 LIBRARIES = {"drawing": "matplotlib", "characters": "plotext", "formulas": "latex2mathml"}
-"""The libraries of the extra `show` by their use; `drawing` and `characters` are modules of this package."""
 
 
 def require_ending(path: str) -> None:

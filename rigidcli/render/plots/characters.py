@@ -11,14 +11,11 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Mark, Panel
 from rigidcli.report import Report
 
+# Columns of a chart for no terminal, and rows of every chart, which leave a terminal room for results.
 WIDTH, HEIGHT = 72, 20
-"""Columns of a chart for no terminal, and rows of every chart, which leave a terminal room for results."""
-
-SIGNS = ("*", "o", "+", "x", "#", "@")
-"""Characters for the marks by their style."""
-
+SIGNS = ("*", "o", "+", "x", "#", "@")  # characters for the marks by their style
+# The directions to the right and up along x, y, z, seen from an azimuth of 35 and 22 degrees up.
 VIEW = np.array([[-0.57357644, 0.81915204, 0.0], [-0.30686185, -0.21486592, 0.92718385]])
-"""The directions to the right and up along x, y, z, seen from an azimuth of 35 and 22 degrees up."""
 
 
 def drawn(report: Report, width: int | None) -> str:

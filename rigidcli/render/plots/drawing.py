@@ -20,24 +20,16 @@ from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.render.values import raised
 from rigidcli.report import Report
 
+# Colours of marks by their style, which colour-blind readers can distinguish.
+# Source: M. Okabe, K. Ito, Color Universal Design (2008): blue, vermillion, green, purple, black, sky blue.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
-"""Colours of marks by their style, which colour-blind readers can distinguish.
-
-Source: M. Okabe, K. Ito, Color Universal Design (2008): blue, vermillion, green, purple, black, sky blue.
-"""
-
+# Line styles, which distinguish the same marks in print without colours.
 LINES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1.5, 2)), (0, (1.5, 1.5)), (0, (3, 1.5)), "-")
-"""Line styles, which distinguish the same marks in print without colours."""
-
-DOTS = ("o", "s", "^", "D", "P", "o")
-"""Signs for dots, likewise."""
-
-GREY = "#7F7F7F"
-"""The colour of quiet marks, which are there for orientation."""
-
-VIEW = (22.0, 35.0)
-"""The direction from which solid panels are seen: elevation and azimuth in degrees."""
-
+DOTS = ("o", "s", "^", "D", "P", "o")  # signs for dots, likewise
+GREY = "#7F7F7F"  # the colour of quiet marks, which are there for orientation
+VIEW = (22.0, 35.0)  # the direction from which solid panels are seen: elevation and azimuth in degrees
+# Settings that differ from matplotlib's own. Texts in svg stay texts, which keeps files short.
+# Powers of ten stand in the labels of directions, so that numbers beside them are plain text, which is fast.
 SETTINGS = {
     "svg.hashsalt": "rigidcli",
     "svg.fonttype": "none",
@@ -48,38 +40,23 @@ SETTINGS = {
     "axes.formatter.limits": (-5, 5),
     "lines.linewidth": 1.4,
 }
-"""Settings that differ from matplotlib's own. Texts in svg stay texts, which keeps files short.
-
-Powers of ten stand in the labels of directions, so that numbers beside them are plain text, which is fast.
-"""
-
+# Entries with times and versions, which files leave out.
 METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-"""Entries with times and versions, which files leave out."""
-
-SIZE = (5.6, 3.8)
-"""Width and height of a single panel, in inches."""
-
-LEGEND = 0.2
-"""Height of a row of the legend, in inches."""
-
+SIZE = (5.6, 3.8)  # width and height of a single panel, in inches
+LEGEND = 0.2  # height of a row of the legend, in inches
+# Room about panels in the plane and in space for the texts on each side, in inches.
+# matplotlib draws twice where it looks for this room itself.
 EDGES = (
     {"left": 0.9, "right": 0.17, "bottom": 0.5, "top": 0.42},
     {"left": 0.11, "right": 0.34, "bottom": 0.2, "top": 0.35},
 )
-"""Room about panels in the plane and in space for the texts on each side, in inches.
-
-matplotlib draws twice where it looks for this room itself.
-"""
-
+# The least bend of a surface at an edge that is drawn: round sides are made of planes that bend by less.
 CREASE = math.radians(30)
-"""The least bend of a surface at an edge that is drawn: round sides are made of planes that bend by less."""
-
-HEADING = 0.2
-"""Height of the title of a panel, in inches."""
+HEADING = 0.2  # height of the title of a panel, in inches
 
 
 def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
@@ -276,5 +253,5 @@ def _contours(axes: Any, mark: Mark) -> None:
         axes.plot([], [], **(look | {"linestyle": style["linestyles"], "linewidth": 0.8}))
 
 
+# How each form of mark is drawn.
 DRAW = {"line": _line, "dots": _dots, "arrow": _arrow, "faces": _faces, "contours": _contours}
-"""How each form of mark is drawn."""

@@ -14,7 +14,8 @@ _FUNCTION = (
     r"\\(?:(?:arc)?(?:sin|cos|tan)|sinh|cosh|tanh|ln|det|mathrm\{(?:ar(?:sin|cos|tan)h|atan2|sgn)\})"
     r"(?![a-z])"
 )
-
+# LaTeX that latex2mathml or browsers cannot set, as regular expressions, and replacements that both can set.
+# Browsers have no bold letters except in Unicode, and put no space about the name of a function.
 _DIALECT = {
     r"\\\\\[1ex\]": r"\\\\",
     r"\\operatorname\b": r"\\mathrm",
@@ -25,14 +26,8 @@ _DIALECT = {
     rf"(?<=[\w)}}]) ?(?={_FUNCTION})": r"\\,",
     rf"({_FUNCTION}(?:\^\{{\d+\}})?) ?(?=\w|\\(?!left))": r"\1\\,",
 }
-"""LaTeX that latex2mathml or browsers cannot set, as regular expressions, and replacements that both can set.
-
-Browsers have no bold letters except in Unicode, and put no space about the name of a function.
-"""
-
-
+# A list of numbers in brackets, which need not be higher than a line, and its unit.
 _LIST = re.compile(r"\\left\(((?:(?!\\(?:frac|left|sqrt)).)*,\\, .*)\\right\)(.*)", re.DOTALL)
-"""A list of numbers in brackets, which need not be higher than a line, and its unit."""
 
 
 def formula(latex: str) -> str:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rigidcli.errors import printable
 
+# The Content Security Policy of a page: it may use what stands in it, and load nothing.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
-"""The Content Security Policy of a page: it may use what stands in it, and load nothing."""
 
 
 def page(

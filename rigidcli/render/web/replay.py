@@ -29,20 +29,13 @@ from rigidcli.render.web.page import resource, script_of, text
 from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
-Rows: TypeAlias = NDArray[np.intp]
-"""Indices of samples of a scene."""
-
+Rows: TypeAlias = NDArray[np.intp]  # indices of samples of a scene
+# The middle of a view (3), half of its extent along x, y and z (3), and its reach from the middle.
 Extent: TypeAlias = tuple[Floats, Floats, float]
-"""The middle of a view (3), half of its extent along x, y and z (3), and its reach from the middle."""
-
-MOST_TRIANGLES = 8_000
-"""The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
-
+MOST_TRIANGLES = 8_000  # the most triangles of one surface: 0.4 MB, and drawn in less than a millisecond
+# The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second.
 SHORTEST, LONGEST = 10.0, 60.0
-"""The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second."""
-
-FINEST = 64
-"""Cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory."""
+FINEST = 64  # cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory
 
 
 def still(picture: Picture) -> Scene:
@@ -120,6 +113,7 @@ def _figure(scene: Scene, choices: Sequence[str], data: str) -> Iterator[str]:
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
 
 
+# The elements around the picture; they are hidden until the script runs.
 _FRAME = """<div class=title><figcaption>{title}</figcaption>
 <select class=timed aria-label="What to show" hidden>{options}</select></div>
 <div class=stage>
@@ -142,12 +136,10 @@ _FRAME = """<div class=title><figcaption>{title}</figcaption>
 <p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: <span class=timed>space plays,
 ← → step in time, ↑ ↓ change the speed, </span>+ − zoom, shift and arrows turn, 0 resets the view.</p>
 """
-"""The elements around the picture; they are hidden until the script runs."""
-
+# The slider over the values of a sweep.
 _CHOICE = """<label class=choice><input type=range min=0 max={last} step=1 value=0 aria-label="Value"
 data-names="{names}"><output>{first}</output></label>
 """
-"""The slider over the values of a sweep."""
 
 
 def _rows(scene: Scene, most: int) -> Rows:

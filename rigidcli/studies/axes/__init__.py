@@ -27,7 +27,6 @@ from rigidcli.studies.common import field_of, if_known, report, value_of
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.axes/1"
-
 CLASSES = {
     "point": "a point: no moment at all",
     "linear": "linear: no moment about e1, equal moments across",
@@ -199,7 +198,6 @@ def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tu
 PLANCK = 6.62607015e-34
 LIGHT = 299_792_458.0  # the speed of light (m/s), exact
 LARGEST_CONSTANT = 1e6  # a rotational constant (GHz) that no molecule has
-
 ROTORS = {
     "point": "an atom: it has no rotation",
     "linear": "linear: B = C",

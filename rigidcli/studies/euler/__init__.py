@@ -19,7 +19,7 @@ from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.euler/1"
-
+# The kinds of motion, in words.
 MOTIONS = {
     "rest": "rest: omega is zero",
     "sphere": "sphere: all moments are equal, so that omega is constant",
@@ -33,7 +33,6 @@ MOTIONS = {
     "driven": "driven by a torque",
     "top": "driven: a symmetric top under its weight",
 }
-"""The kinds of motion, in words."""
 
 
 @np.errstate(over="ignore", invalid="ignore")

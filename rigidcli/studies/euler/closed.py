@@ -25,11 +25,9 @@ from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift
 if TYPE_CHECKING:
     from rigidcli.studies.euler.driven import Samples, Starts
 
-CLOSED_FORM = "closed form"
-"""The name of the method where nothing is integrated."""
-
+CLOSED_FORM = "closed form"  # the name of the method where nothing is integrated
+# How far rounding takes the tensor of a symmetric top from its form, in units of its largest entry.
 SYMMETRIC = 1e-14
-"""How far rounding takes the tensor of a symmetric top from its form, in units of its largest entry."""
 
 
 def closed_form(problem: InitialValueProblem) -> Trajectory | None:

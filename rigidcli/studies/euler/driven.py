@@ -26,14 +26,11 @@ from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of
 
+# The problem with omega (m, 3) and orientation (m, 4) of the starts at these places.
 Starts: TypeAlias = Callable[[range], InitialValueProblem]
-"""The problem with omega (m, 3) and orientation (m, 4) of the starts at these places."""
-
+# What `together` gives.
 Samples: TypeAlias = Callable[[range], tuple[Floats, Floats, Floats, NDArray[np.bool_]]]
-"""What `together` gives."""
-
-NOTHING = 1e-12
-"""A component below this, in units of the largest of the torque, is zero but for rounding."""
+NOTHING = 1e-12  # a component below this, in units of the largest of the torque, is zero but for rounding
 
 
 def driven_trajectory(

@@ -25,14 +25,12 @@ from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import RESULTS, noise, require_values
 
+# The work and the impulse of a torque until each time (n, 4), in given units of L and of omega.
 Gained: TypeAlias = Callable[[float, float], Floats]
-"""The work and the impulse of a torque until each time (n, 4), in given units of L and of omega."""
-
+# The results at each time, in the order of their columns.
 QUANTITIES = tuple(field for field in RESULTS["euler"] if field.key.startswith("trajectory."))
-"""The results at each time, in the order of their columns."""
-
+# The quantities that people see only if they ask for them.
 HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
-"""The quantities that people see only if they ask for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

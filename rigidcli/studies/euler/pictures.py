@@ -22,8 +22,8 @@ from rigidcli.studies.ellipsoids import polhode_picture, semi_axes, trace_pictur
 from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.inertia.pictures import marks_of_body, moved, reach
 
+# How far apart components of omega are that have panels of their own, in units of their largest change.
 GAP_OF_PANELS = 3.0
-"""How far apart components of omega are that have panels of their own, in units of their largest change."""
 
 
 def omega(motion: Trajectory, samples: Table) -> Picture:
@@ -76,12 +76,11 @@ def _column(samples: Table, key: str) -> Column:
     return next(column for column in samples.columns if column.key == key)
 
 
+# Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
+# of the distance from O to the farthest point of the body: no tip hides another.
 AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
-"""Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
-of the distance from O to the farthest point of the body: no tip hides another."""
-
+# Directions of the corners of the polygon that stands for a plane (rad).
 CORNERS_OF_DISC = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-"""Directions of the corners of the polygon that stands for a plane (rad)."""
 
 
 def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | None:

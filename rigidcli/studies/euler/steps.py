@@ -26,8 +26,8 @@ def _about_axes(frame: PrincipalFrame) -> str:
     return f"About axes of equal moments the coefficient is zero: they are neutral.{alone}"
 
 
+# Characters of a component of the torque that is written into its equation: more hide the other terms.
 LONGEST = 80
-"""Characters of a component of the torque that is written into its equation: more hide the other terms."""
 
 
 def _torque(problem: InitialValueProblem) -> tuple[list[Node], str]:

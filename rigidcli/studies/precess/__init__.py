@@ -22,7 +22,7 @@ from rigidcli.studies.common import RESULTS, report
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.precess/1"
-
+# The words for people in place of a result that is one word.
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
         "stable": "stable: fast enough to sleep",
@@ -37,17 +37,10 @@ WORDS: dict[str, dict[str | None, str]] = {
         "none": "none: the axis is at rest",
     },
 }
-"""The words for people in place of a result that is one word."""
-
-UPRIGHT = math.radians(2)
-"""The largest tilt (rad) at which people ask whether the top sleeps."""
-
+UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether the top sleeps
+# The keys of results of the nutation that have a shorter name in `core`.
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
-"""The keys of results of the nutation that have a shorter name in `core`."""
-
-
-Sections: TypeAlias = dict[str, dict[str, Value]]
-"""Results by section and key."""
+Sections: TypeAlias = dict[str, dict[str, Value]]  # results by section and key
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -97,12 +90,12 @@ def _scene(document: Document) -> Scene | None:
     return scene
 
 
+# The results of all sections; all but vectors have a column of CSV.
 _COLUMNS = [
     replace(entry, cells={} if entry.counts else {entry.key: ()})
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The results of all sections; all but vectors have a column of CSV."""
 
 
 def _fields(sections: Sections) -> Iterator[Field]:

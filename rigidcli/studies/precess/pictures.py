@@ -15,8 +15,7 @@ from rigidcli.report import Value
 from rigidcli.studies.common import require_values
 from rigidcli.studies.euler import follow, pictures
 
-COUNT = 1001
-"""Points of a curve: more than a screen resolves."""
+COUNT = 1001  # points of a curve: more than a screen resolves
 
 
 def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:

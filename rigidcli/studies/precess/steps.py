@@ -15,8 +15,7 @@ from rigidcli.studies.body import body_frame, principal_omega
 from rigidcli.studies.common import field_of
 from rigidcli.studies.writing import filled, law
 
-Results: TypeAlias = Mapping[str, Value]
-"""The results of a section by their keys."""
+Results: TypeAlias = Mapping[str, Value]  # the results of a section by their keys
 
 
 def precess_steps(document: Document, results: Mapping[str, Results]) -> Iterator[Step]:
