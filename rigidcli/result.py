@@ -51,13 +51,13 @@ class Result(Report):
     def __repr__(self) -> str:
         from rigidcli.render import Format, Look, renderer
 
-        return "".join(renderer(Format.table)([self], Look(steps=True))).rstrip()
+        return "".join(renderer(Format.table)([self], Look())).rstrip()
 
     def _repr_html_(self) -> str:
         from rigidcli.render import Look
         from rigidcli.render.html import fragment
 
-        return fragment(self._as_seen(), Look(steps=True))
+        return fragment(self._as_seen(), Look())
 
     def _repr_latex_(self) -> str:
         from rigidcli.render import Look

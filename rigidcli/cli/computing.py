@@ -130,7 +130,6 @@ def _compute(command: Command, asked: Asked) -> int:
         columns=tuple(asked.columns or ()),
         unit_header=asked.unit_header,
         verbose=asked.verbose,
-        steps=asked.steps,
         standalone=asked.standalone,
     )
     return _run(asked, Work(command, form, look, options, asked.exact, settings, named, asked.plot))

@@ -197,7 +197,7 @@ def _cards(file: Path) -> Iterator[Card]:
     )
     scene = {"scene": True} if COMMANDS[study].has_replay else {}
     report = import_module(f"rigidcli.studies.{study}").run(document, steps=True, picture=ANY, **scene)
-    page = "".join(renderer(Format.html)([report], Look(steps=True)))
+    page = "".join(renderer(Format.html)([report], Look()))
     data = file.read_bytes()
     comment = " ".join(line[1:].strip() for line in data.decode().splitlines() if line.startswith("# "))
     comment = re.sub(r"^yaml-language-server: \S+ ", "", comment)

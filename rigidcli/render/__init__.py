@@ -15,7 +15,7 @@ from rigidcli.report import Report
 class Look(NamedTuple):
     """The look of the output.
 
-    `digits`, `width`, `colour`, `verbose` (diagnostics), `steps` (the working): for people.
+    `digits`, `width`, `colour`, `verbose` (diagnostics): for people.
     `header`, `unit_header`: csv begins with a header; the header has units.
     `columns`: the columns of rows and of tables of data that are shown; empty for all.
     `several`: there are several documents; a table in csv then begins with a column of names.
@@ -30,7 +30,6 @@ class Look(NamedTuple):
     several: bool = False
     unit_header: bool = False
     verbose: bool = False
-    steps: bool = False
     standalone: bool = False
 
 
@@ -61,8 +60,6 @@ class Traits(NamedTuple):
     A format for `people` has a module with `render(reports, look)`. The other formats are data: their modules
     have `piece(report, look)`, and may have `render(pieces, look)` to join the pieces.
 
-    `people`: it has chosen units and digits, the working, and comparisons.
-    `rows`: a report without a table of data is a row.
     `ensembles`: what it writes of a motion with many starts.
     `studies`: the only studies that write it; empty for all.
     `module`: its module, if several formats share one; then `piece` is called like the format.
@@ -72,8 +69,6 @@ class Traits(NamedTuple):
     `file`: the ending of its files, if it is no text.
     """
 
-    people: bool = False
-    rows: bool = False
     ensembles: Ensembles = "starts"
     studies: tuple[str, ...] = ()
     module: str = ""
@@ -82,17 +77,27 @@ class Traits(NamedTuple):
     terminal: bool = False
     file: str = ""
 
+    @property
+    def people(self) -> bool:
+        """Whether people read it: it has chosen units and digits, the working, and comparisons."""
+        return self.ensembles == "few"
+
+    @property
+    def rows(self) -> bool:
+        """Whether a report without a table of data is a row."""
+        return self.ensembles == "rows"
+
 
 _PROGRAM = Traits(studies=("hamilton",), module="program", program=True)
 _BLOCK = Traits(studies=("inertia",), module="inertial")
 # The needs and abilities of the formats.
 TRAITS = {
-    Format.table: Traits(people=True, ensembles="few", terminal=True),
+    Format.table: Traits(ensembles="few", terminal=True),
     Format.json: Traits(),
-    Format.csv: Traits(rows=True, ensembles="rows"),
-    Format.latex: Traits(people=True, ensembles="few"),
-    Format.html: Traits(people=True, ensembles="few", page=True),
-    Format.parquet: Traits(rows=True, ensembles="rows", file=".parquet"),
+    Format.csv: Traits(ensembles="rows"),
+    Format.latex: Traits(ensembles="few"),
+    Format.html: Traits(ensembles="few", page=True),
+    Format.parquet: Traits(ensembles="rows", file=".parquet"),
     Format.python: _PROGRAM,
     Format.c: _PROGRAM,
     Format.urdf: _BLOCK,

@@ -87,7 +87,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
             _front("".join(_figures(report, look, is_cell=is_cell)), "".join(_results_of(report, look))),
             *_tables(report.tables, look),
-            *_working(report.steps if look.steps else (), look),
+            *_working(report.steps, look),
             *_notes(report),
             *_document(report),
             "</section>\n",

@@ -48,7 +48,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if report.fields:
             yield f"{formulas(report, look)}\n"
         yield from _tables(report.tables, look)
-        for place, step in enumerate(report.steps if look.steps else (), 1):
+        for place, step in enumerate(report.steps, 1):
             yield f"\\paragraph{{{place}. {_prose(step.title)}.}} {_prose(step.sentence)}\n"
             if step.fields:
                 yield _aligned(step.fields, look) + "\n"

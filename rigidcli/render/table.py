@@ -21,7 +21,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         head = printable(report.heading)
         yield ("" if first else "\n") + _block(head, "", shown_fields(report, look), report.tables, look)
         first = False
-        for place, step in enumerate(report.steps if look.steps else (), 1):
+        for place, step in enumerate(report.steps, 1):
             yield "\n" + _block(f"{place}. {step.title}", step.sentence, step.fields, step.tables, look)
 
 

@@ -157,9 +157,9 @@ def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
     workings = {}
     for (id, values), report in solutions.items():
         if _has_formulas():
-            work = fragment(replace(report, pictures=()), Look(steps=True))
+            work = fragment(replace(report, pictures=()), Look())
         else:
-            work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
+            work = f"<pre>{text(''.join(render([report], Look())))}</pre>"
         solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
         workings[printable(id), values] = solution
     return workings
