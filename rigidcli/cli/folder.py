@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from rigidcli.cli.output import Failure, Failures
 from rigidcli.cli.work import Task, Work, answers, documents, lost
@@ -17,8 +17,6 @@ from rigidcli.render import parquet
 if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
 
-# Documents, each with the places of the sweep at which it is worked.
-Part: TypeAlias = Sequence[tuple[Task, range]]
 # Places of a sweep, or documents, of a part: a worker is busy with them for seconds.
 PLACES, DOCUMENTS = 2048, 64
 ERROR = "error"  # the column that says why a row has no results
@@ -37,31 +35,27 @@ def write_folder(
     path = Path(folder).absolute()
     if path.is_dir() and any(path.iterdir()):
         raise UsageError(f"`{folder}` is not empty", hint="give a new folder for the parts of the table")
-    parts = list(_parts(documents(work, files, sweep, jobs)))
+    parts = list(_parts(documents(work, files, sweep, jobs), sweep is not None))
     if not parts:
         return
     kinds: dict[str, str] = {}
     for part, end in ((parts[0], 0), (parts[len(parts) // 2], 0), (parts[-1], -1)):
-        task, places = part[end]
-        kinds = parquet.joined(kinds, _kinds(task._replace(size=1, place=places[end]), work))
+        task = part[end]
+        kinds = parquet.joined(kinds, _kinds(task._replace(places=task.places[end:][:1]), work))
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
     path.mkdir(parents=True, exist_ok=True)
     write = partial(_written, work=work, kinds=kinds, folder=path)
-    for failed in each(write, enumerate(parts), jobs, lambda part: lost(part[1][0][0]).outcome):
+    for failed in each(write, enumerate(parts), jobs, lambda part: lost(part[1][0]).outcome):
         failures.tell(failed)
     failures.end()
 
 
-def _parts(tasks: Iterator[Task]) -> Iterator[Part]:
+def _parts(tasks: Iterator[Task], are_swept: bool) -> Iterator[Sequence[Task]]:
     """What becomes a part of the table: some places of a sweep of a document, or some documents."""
+    if are_swept:
+        yield from ([part] for task in tasks for part in task.cut(PLACES))
     while some := list(islice(tasks, DOCUMENTS)):
-        single = [(task, range(1)) for task in some if task.sweep is None]
-        if single:
-            yield single
-        for task in some:
-            count = 0 if task.sweep is None else task.sweep.count
-            for begin in range(0, count, PLACES):
-                yield [(task, range(begin, min(begin + PLACES, count)))]
+        yield some
 
 
 def _kinds(task: Task, work: Work) -> dict[str, str]:
@@ -71,19 +65,20 @@ def _kinds(task: Task, work: Work) -> dict[str, str]:
     return {name: parquet.kind(values) for name, values in columns.items()}
 
 
-def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folder: Path) -> Iterator[Failure]:
+def _written(
+    part: tuple[int, Sequence[Task]], work: Work, kinds: Mapping[str, str], folder: Path
+) -> Iterator[Failure]:
     """Write a part of the table, and return what has failed in it."""
     from pyarrow.parquet import write_table
 
     rows: list[parquet.ParquetPiece] = []
     number, some = part
-    for task in (task._replace(size=1, place=place) for task, places in some for place in places):
-        for answer in answers(task, work):
-            if (failed := _failure(answer.outcome, kinds)) is None:
-                rows.append(answer.outcome)
-            else:
-                rows.append(parquet.ParquetPiece(1, {ERROR: [failed.text]}, {}))
-                yield failed
+    for answer in (answer for task in some for single in task.cut(1) for answer in answers(single, work)):
+        if (failed := _failure(answer.outcome, kinds)) is None:
+            rows.append(answer.outcome)
+        else:
+            rows.append(parquet.ParquetPiece(1, {ERROR: [failed.text]}, {}))
+            yield failed
     whole = parquet.together(rows)._replace(units={})
     write_table(parquet.as_table(whole, {**kinds, ERROR: parquet.TEXT}), folder / f"part.{number}.parquet")
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib import import_module
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidcli.cli.output import Failure, failure
@@ -96,20 +97,24 @@ class Answer(NamedTuple):
 
 
 class Task(NamedTuple):
-    """A document at some places of a sweep, or some `starts` of its ensemble; or the failure to read it.
+    """A document at some `places` of a sweep, or some `starts` of its ensemble; or the failure to read it.
 
-    The places are so many as `size` from `place` on.
-
-    `about` are notes on the whole file, which the first document of the file has.
+    `size`: how many places are worked at once.
+    `about`: notes on the whole file, which the first document of the file has.
     """
 
     source: str
     draft: Draft | Failure
     about: Sequence[str] = ()
     sweep: Sweep | None = None
-    place: int = 0
+    places: range = range(1)
     size: int = 1
     starts: range | None = None
+
+    def cut(self, size: int) -> Iterator[Task]:
+        """Tasks with so many of the places each; the first one keeps the notes."""
+        for begin in range(0, len(self.places), size):
+            yield self._replace(places=self.places[begin : begin + size], about=() if begin else self.about)
 
 
 def require_fitting(document: Document, command: Command) -> None:
@@ -126,13 +131,11 @@ def require_fitting(document: Document, command: Command) -> None:
 def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
     """The tasks of all FILES, each made when it is needed, for this number of processes."""
     for task in documents(work, files, sweep, jobs):
-        yield task
-        for place in range(task.size, 1 if task.sweep is None else task.sweep.count, task.size):
-            yield task._replace(about=(), place=place)
+        yield from task.cut(task.size)
 
 
 def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
-    """A task for each document of the FILES, or for each block of an ensemble, or for the first swept point.
+    """A task for each document of the FILES with all places of the sweep, or for each block of an ensemble.
 
     FILES are read here; the files that they name are read where the task is done. A document that cannot be
     swept is one failure, and not one at every value.
@@ -148,14 +151,14 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
             continue
         for draft in drafts:
             try:
-                fitting, size = (None, 1) if sweep is None else _fitting(draft, sweep, work.command)
+                fitting = {} if sweep is None else _fitting(draft, sweep, work.command)
                 blocks = _blocks(draft, jobs) if divided else (None,)
             except (RigidError, MemoryError) as error:
                 yield Task(draft.source, failure(error, draft.source), notes)
             else:
                 sent = draft.absolute() if isinstance(jobs, str) else draft
                 for starts in blocks:
-                    yield Task(draft.source, sent, notes, fitting, size=size, starts=starts)
+                    yield Task(draft.source, sent, notes, starts=starts, **fitting)
                     notes = ()
             notes = ()
 
@@ -182,10 +185,10 @@ def _blocks(draft: Draft, jobs: Jobs) -> Sequence[range | None]:
     return [range(begin, min(begin + size, count)) for begin in range(0, count, size)]
 
 
-def _fitting(draft: Draft, sweep: Sweep, command: Command) -> tuple[Sweep, int]:
-    """The sweep with the arithmetic of the document, and how many of its points are one task.
+def _fitting(draft: Draft, sweep: Sweep, command: Command) -> dict[str, Any]:
+    """What a task has of the sweep, with the arithmetic of the document: `sweep`, `places` and `size`.
 
-    The size of a task does not depend on the number of processes, so that the rows do not.
+    The size does not depend on the number of processes, so that the rows do not.
     Raises RigidError where no document has such keys.
     """
     from rigidcli.document.load import is_exact, read
@@ -205,7 +208,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> tuple[Sweep, int]:
     except DocumentError as error:
         if unknown := [problem for problem in error.problems if problem.code == UNKNOWN_KEY]:
             raise DocumentError(unknown) from None
-    return replace(sweep, exact=exact), size
+    return {"sweep": replace(sweep, exact=exact), "places": range(sweep.count), "size": size}
 
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
@@ -248,7 +251,7 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
     from rigidcli.document.load import read
 
     points: list[tuple[Sequence[str], Document | Failure]] = []
-    for place in range(task.place, min(task.place + task.size, sweep.count)):
+    for place in task.places:
         settings = list[str]()
         try:
             values = sweep.point(place)
@@ -256,22 +259,19 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
             points.append((values, read(draft, settings)))
         except (RigidError, MemoryError) as error:
             points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
-    documents = [one for _, one in points if not isinstance(one, Failure)]
-    orbits: Sequence[OrbitSolution | None] = [None] * len(documents)
-    if task.size > 1 and work.command.name == "hamilton":
+    orbits: Iterator[OrbitSolution | None] = repeat(None)
+    if len(points) > 1 and work.command.name == "hamilton":
         from rigidcli.studies.hamilton.many_orbits import swept
 
-        orbits = swept(documents)
-    followed = iter(orbits)
+        orbits = iter(swept([one for _, one in points if not isinstance(one, Failure)]))
     for point, document in points:
         if isinstance(document, Failure):
             yield Answer(task.source, document)
             continue
-        files, options, orbit = tuple(document.files), work.options, next(followed)
-        if orbit is not None:
-            options = {**options, "followed": orbit}
+        files, orbit = tuple(document.files), next(orbits)
+        followed = {} if orbit is None else {"followed": orbit}
         try:
-            report = work._replace(options=options).run(document)
+            report = work._replace(options={**work.options, **followed}).run(document)
             units = {entry.key: entry.unit for entry in report.fields}
             fields = (
                 Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
