@@ -21,7 +21,6 @@ from rigidcli.cli.output import (
     check_path,
     complain,
     counted,
-    forecast,
     is_folder,
     progress,
     tell_notes,
@@ -238,10 +237,9 @@ def _pieces(
     first, printed = None, defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.swept is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
-    # On a terminal, rows that stream show the progress themselves.
+    # On a terminal, rows that stream show the progress themselves, and so does a single motion.
     streams = work.look.width is not None and not TRAITS[work.format].people
-    foretell = forecast()
-    with counted(0 if here or streams else asked.total) as done:
+    with counted(asked.total) as done:
         for answer in each(do, tasks(work, asked.files, asked.swept, asked.hands), asked.hands, lost):
             with failures.of(answer.source):
                 for output in opened:
@@ -249,8 +247,6 @@ def _pieces(
                 told = printed[answer.source]  # a sweep repeats its notes
                 tell_notes(answer.source, [note for note in answer.notes if note not in told], asked.quiet)
                 told.update(answer.notes)
-                if len(asked.files) == 1 and answer.starts[0] and not streams and not asked.quiet:
-                    foretell(*answer.starts)
                 if answer.picture is not None and pictures:
                     problem = "`--plot` draws one picture, and this FILE has several bodies"
                     raise UsageError(problem, hint="leave out `--plot`")
@@ -262,7 +258,8 @@ def _pieces(
                         first = answer.outcome if first is None else first
                         require_fit(work.format, answer.outcome, first)
                     yield answer.outcome
-            done()
+            if not streams and (answer.share < 1 or not here):
+                done(answer.share)
     failures.end()
 
 

@@ -139,36 +139,18 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
 
 
 @contextlib.contextmanager
-def counted(total: int) -> Iterator[Callable[[], None]]:
-    """A context that counts steps for the progress on a terminal; it shows nothing for 0 steps."""
+def counted(total: int) -> Iterator[Callable[[float], None]]:
+    """A context that counts steps, or shares of them, and shows each further percent on a terminal."""
     with progress() as show:
-        counts = iter(range(1, total + 1))
+        count = 0.0
 
-        def done() -> None:
-            count = next(counts, total)
-            if total and 100 * count // total > 100 * (count - 1) // total:
+        def done(share: float) -> None:
+            nonlocal count
+            before, count = count, count + share
+            if int(100 * before / total) < int(100 * count / total) < 100:
                 show(count / total)
 
         yield done
-
-
-SOON = 4.0  # seconds of a run below which it is not worth telling how long it takes
-
-
-def forecast() -> Callable[[int, int], None]:
-    """A function of starts that are done, and of all: once, on a terminal, it tells how long all take."""
-    begin, finished, is_open = time.monotonic(), 0, sys.stderr is not None and sys.stderr.isatty()
-
-    def count(done: int, total: int) -> None:
-        nonlocal finished, is_open
-        finished += done
-        elapsed = time.monotonic() - begin
-        if is_open and elapsed > SOON / 2:
-            is_open = False
-            if (whole := elapsed * total / finished) > SOON:
-                complain(f"{total:,} starts: about {whole:.0f} s")
-
-    return count
 
 
 # --- results

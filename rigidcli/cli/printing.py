@@ -167,7 +167,7 @@ def write_gallery(folder: str, jobs: int) -> None:
         with counted(len(files)) as done:
             for card in each(_cards, files, jobs, _lost):
                 cards.append(card)
-                done()
+                done(1)
         for card in cards:
             target.begin(f"{card.name}.html")
             target.write(card.page)

@@ -85,7 +85,7 @@ class Work(NamedTuple):
 class Answer(NamedTuple):
     """A piece of the output, or a failure, with notes, the files that the document names, and a picture.
 
-    Of an ensemble it has so many `starts`, of so many in all.
+    `share` is how much of the work on its document it is: that on all starts of an ensemble is 1.
     """
 
     source: str
@@ -93,7 +93,7 @@ class Answer(NamedTuple):
     notes: Sequence[str] = ()
     files: Sequence[pathlib.Path] = ()
     picture: str | bytes | None = None
-    starts: tuple[int, int] = (0, 0)
+    share: float = 1.0
 
 
 class Task(NamedTuple):
@@ -313,9 +313,9 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     for place, report in parts:
         if isinstance(report, RigidError):
             failed = failure(report, source)._replace(place=f"start {place}")
-            yield Answer(source, failed, files=files, starts=(1, total))
+            yield Answer(source, failed, files=files, share=1 / total)
         else:
-            yield work.answer(report, files)._replace(starts=(starts_in(report), total))
+            yield work.answer(report, files)._replace(share=starts_in(report) / total)
 
 
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import resource
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from rigidcli.cli.output import forecast, progress
+from rigidcli.cli.output import counted, progress
 from rigidcli.core import memory
 from tests.conftest import ROOT, Outcome, Program
 
@@ -149,15 +150,18 @@ def test_nothing_else_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("terminal", "told"), [(Terminal(), "10,000 starts: about 40 s"), (io.StringIO(), "")]
+    ("total", "shares", "told"),
+    [
+        (2, [0.25, 0.25, 0.5, 1], ["12%", "25%", "50%"]),  # four blocks of an ensemble, and another file
+        (1, [0.004, 0.004, 0.004], ["1%"]),  # less than a percent each
+        (1, [1], []),
+    ],
 )
-def test_how_long_an_ensemble_takes_is_told_once(
-    monkeypatch: pytest.MonkeyPatch, terminal: io.StringIO, told: str
+def test_each_further_percent_is_told(
+    monkeypatch: pytest.MonkeyPatch, total: int, shares: list[float], told: list[str]
 ) -> None:
-    clock = iter([0.0, 1.0, 3.0, 4.0])
-    monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
-    count = forecast()
-    for _ in range(3):
-        count(375, 10_000)
-    assert terminal.getvalue().strip() == told
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    with counted(total) as done:
+        for share in shares:
+            done(share)
+    assert re.findall(r"\d+%", terminal.getvalue()) == told
