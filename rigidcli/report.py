@@ -44,12 +44,6 @@ class Field:
     diagnostic: bool = False
     means: str = ""
 
-    def with_value(self, value: Value, words: str = "") -> Field:
-        """The field with a value, and words for it. `replace` or a frozen class takes three times as long."""
-        words = words or self.words
-        looks = self.cells, words, self.counts, self.diagnostic, self.means
-        return Field(self.key, value, self.title, self.symbol, self.unit, *looks)
-
 
 @dataclass(frozen=True, slots=True)
 class Column:

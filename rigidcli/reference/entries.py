@@ -27,7 +27,7 @@ from rigidcli.homework.question import AnswerFile, Assignment
 from rigidcli.language.words import ALIASES, CONSTANTS, FUNCTIONS, NOTATION, QUANTITIES
 from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
-from rigidcli.studies.common import RESULTS
+from rigidcli.studies.common import RESULTS, WORDS
 
 Schema: TypeAlias = Mapping[str, Any]  # the JSON Schema of a value
 # The files that people write.
@@ -121,7 +121,11 @@ def _results() -> Iterator[Entry]:
             words = words or f"the {field.key.rpartition('.')[2].replace('_', ' ')}"
             text = f"{words} ({field.unit})" if field.unit else words
             facts = {"symbol": field.symbol and f"{field.symbol} (LaTeX)", "csv": ", ".join(field.cells)}
-            yield Entry(("results", command, *field.key.split(".")), text, "", facts, [*field.cells])
+            path = ("results", command, *field.key.split("."))
+            yield Entry(path, text, "", facts, [*field.cells])
+            for (key, value), meaning in WORDS.items():
+                if key == field.key and value:
+                    yield Entry((*path, value), meaning)
 
 
 def _others() -> Iterator[Entry]:

@@ -13,7 +13,7 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import LEAST_MOMENT, ROUNDING_OF_SUM
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
-from rigidcli.report import Field, yes_or_no
+from rigidcli.report import Field
 from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known
 
 if TYPE_CHECKING:
@@ -63,7 +63,6 @@ def mesh_fields(document: Document) -> list[Field]:
     fields = []
     for key, value in (document.body.report() if document.body else {}).items():
         field = field_of("inertia", f"mesh.{key}", value)
-        field.words = yes_or_no(value) if isinstance(value, bool) else value if isinstance(value, str) else ""
         field.diagnostic |= key in USUAL and value == USUAL[key]
         fields.append(field)
     return fields

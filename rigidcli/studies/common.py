@@ -10,11 +10,11 @@ gets its value in its study. The columns are
     symbol     the symbol in LaTeX; for a sample in time, the symbol of each column
     unit       the SI unit
     cells      the columns of CSV; behind a colon the place in an array: `I12:01` is the entry [0, 1]
-    kind       `counts` for a vector whose small entries are no rounding; it has no column in the CSV of
-               `precess`; `diagnostic` for results that people see with `-v` only
+    kind       `counts` for a vector whose small entries are no rounding; `diagnostic` for results that people
+               see with `-v` only
     means      the meaning, where the title does not say it
 
-Where a row of CSV is a document and not a sample in time, only scalars have cells.
+`words.csv` has the words that people see in place of a result that is a single word, yes or no, or missing.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ import numpy as np
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.fields.texts import STDIN
-from rigidcli.report import NOISE, Field, Report, Step, Table, Value
+from rigidcli.report import NOISE, Field, Report, Step, Table, Value, yes_or_no
 
 if TYPE_CHECKING:
     from rigidcli.picture import Picture
@@ -52,12 +52,13 @@ def report(
 
     Raises ComputationError for a result that floats cannot hold to all their digits.
     """
-    if not document.arithmetic.exact:
-        fields = [_representable(field) for field in fields]
+    fields = tuple(fields)
+    for field in () if document.arithmetic.exact else fields:
+        _require_representable(field)
+        field.value = _unsigned(field.value)
     name, every = called(document.name, document.source), (*document.notes, *notes)
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
-    text = document.draft.whole
-    return Report(schema, name, document.source, title, tuple(fields), every, *shown, document=text)
+    return Report(schema, name, document.source, title, fields, every, *shown, document=document.draft.whole)
 
 
 def called(name: str | None, source: str) -> str:
@@ -69,8 +70,10 @@ def called(name: str | None, source: str) -> str:
 
 def _unsigned(value: Value) -> Value:
     """A float, an array of floats, or the entries of a table or a step, without a signed zero."""
-    if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+    if isinstance(value, float):
         return value + 0.0
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        return np.add(value, 0.0, order="C")  # in the order in which it is written
     if isinstance(value, Table):
         columns = tuple(replace(column, values=_unsigned(column.values)) for column in value.columns)
         return replace(value, columns=columns)
@@ -80,18 +83,15 @@ def _unsigned(value: Value) -> Value:
     return value
 
 
-def _representable(field: Field) -> Field:
-    """The field, in which floats lose the sign of a zero, and arrays of them are contiguous in memory."""
+def _require_representable(field: Field) -> None:
     value = field.value
     is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
     if not (is_array or isinstance(value, float)):
-        return field
+        return
     largest = float(np.abs(value).max(initial=0.0)) if is_array else abs(value)
     if not largest < math.inf or 0 < largest < TINY:
         message = f"the {field.title or field.key} is beyond the range of floating-point numbers"
         raise ComputationError(message)
-    field.value = np.ascontiguousarray(value) + 0.0 if is_array and value.ndim else float(value) + 0.0
-    return field
 
 
 TINY = float(np.finfo(np.float64).tiny)  # the least float with all digits
@@ -118,8 +118,10 @@ def value_of(fields: Iterable[Field], key: str) -> Value:
 
 
 def if_known(field: Field) -> Field:
-    """The field, which people do not see where it has no value."""
-    return field if field.value is not None else replace(field, title="")
+    """The field, which people do not see where it has neither a value nor words."""
+    if field.value is None and not field.words:
+        field.title = ""
+    return field
 
 
 def require_values(document: Document, task: str) -> None:
@@ -138,12 +140,15 @@ def require_values(document: Document, task: str) -> None:
         raise UsageError(f"{task} has no exact results", hint="leave out `--exact`")
 
 
+def _rows(name: str) -> list[list[str]]:
+    with resources.files("rigidcli.studies").joinpath(name).open(encoding="utf-8") as table:
+        return [*csv.reader(table)][1:]
+
+
 def _read() -> dict[str, dict[str, Field]]:
     """The results of each command by their keys, still without values."""
-    with resources.files("rigidcli.studies").joinpath("results.csv").open(encoding="utf-8") as table:
-        _, *rows = csv.reader(table)
     results: dict[str, dict[str, Field]] = {}
-    for commands, key, title, symbol, unit, cells, kind, means in rows:
+    for commands, key, title, symbol, unit, cells, kind, means in _rows("results.csv"):
         places = (cell.partition(":") for cell in cells.split())
         columns = {name: tuple(map(int, place)) for name, _, place in places}
         field = Field(
@@ -155,16 +160,27 @@ def _read() -> dict[str, dict[str, Field]]:
 
 
 _BY_KEY = _read()
+WORDS = {(key, value): words for key, value, words in _rows("words.csv")}
 # The results of each study, still without values, by the name of its command.
 RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
 
 
 def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
     """The field of a result by results.csv, with its value, words for it, and `changes` of the field."""
-    field = _BY_KEY[study][key].with_value(value, words)
+    field, words = _BY_KEY[study][key], words or _in_words(key, value)
+    # `replace` or a frozen class takes three times as long.
+    looks = field.cells, words, field.counts, field.diagnostic, field.means
+    field = Field(key, value, field.title, field.symbol, field.unit, *looks)
     for name, change in changes.items():
         setattr(field, name, change)
     return field
+
+
+def _in_words(key: str, value: Value) -> str:
+    if not isinstance(value, str | bool | None):
+        return ""
+    text = "" if value is None else value if isinstance(value, str) else yes_or_no(value)
+    return WORDS.get((key, text), text)
 
 
 def celled(key: str, value: Value, title: str = "", symbol: str = "", **changes: Any) -> Field:

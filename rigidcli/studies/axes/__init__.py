@@ -27,15 +27,6 @@ from rigidcli.studies.common import field_of, if_known, report, value_of
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.axes/1"
-CLASSES = {
-    "point": "a point: no moment at all",
-    "linear": "linear: no moment about e1, equal moments across",
-    "spherical": "spherical top: all moments equal, every axis is principal",
-    "oblate": "oblate symmetric top: lambda1 = lambda2 < lambda3",
-    "prolate": "prolate symmetric top: lambda1 < lambda2 = lambda3",
-    "asymmetric": "asymmetric top: three different moments",
-    None: "a symmetric top, oblate or prolate as the parameters are",
-}
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -70,9 +61,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         rotor, rotor_notes = _rotor_fields(document, rounding)
         if document.about == "com":  # equal moments differ by the rounding of coordinates
             kind = rotor[0].value
-            fields = [
-                field.with_value(kind, CLASSES[kind]) if field.key == "class" else field for field in fields
-            ]
+            fields = [field_of("axes", "class", kind) if field.key == "class" else field for field in fields]
         about_axis, more_notes = (*about_axis, *rotor), (*more_notes, *rotor_notes)
     working: list[Step] = []
     if steps:
@@ -97,11 +86,7 @@ def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) ->
     groups = [list(group) for group in frame.groups]
     orientation = None if n.exact else as_quaternion(frame.axes.T)
     values = (frame.moments, frame.axes, groups, kind, orientation, _residual(tensor, frame, n))
-    words = {"class": CLASSES[kind]}
-    fields = (
-        field_of("axes", key, value, words.get(key, "")) for key, value in zip(keys, values, strict=True)
-    )
-    return [if_known(field) for field in fields]
+    return [if_known(field_of("axes", key, value)) for key, value in zip(keys, values, strict=True)]
 
 
 def _plane_angle(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> Iterator[Field]:
@@ -149,7 +134,7 @@ def _motion(omega: Array, tensor: Array, frame: PrincipalFrame | None, n: Arithm
         field_of("axes", "angular_momentum", momentum),
         field_of("axes", "kinetic_energy", energy),
         field_of("axes", "angle", angle),
-        field_of("axes", "wobbles", wobbles, words=_WOBBLES[wobbles]),
+        field_of("axes", "wobbles", wobbles),
         if_known(field_of("axes", "holding_torque", torque)),
     )
 
@@ -164,12 +149,6 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
     torque = np.where(np.abs(torque) <= rounding, 0.0, torque)
     lost = 0 < np.abs(torque).max() < np.finfo(np.float64).tiny
     return None if lost else torque
-
-
-_WOBBLES = {
-    True: "yes: omega is not along a principal axis, and turns about L",
-    False: "no: L is along omega, which stays as it is",
-}
 
 
 def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tuple[object, bool]:
@@ -198,14 +177,6 @@ def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tu
 PLANCK = 6.62607015e-34
 LIGHT = 299_792_458.0  # the speed of light (m/s), exact
 LARGEST_CONSTANT = 1e6  # a rotational constant (GHz) that no molecule has
-ROTORS = {
-    "point": "an atom: it has no rotation",
-    "linear": "linear: B = C",
-    "spherical": "spherical top: A = B = C",
-    "oblate": "oblate symmetric top: A = B > C",
-    "prolate": "prolate symmetric top: A > B = C",
-    "asymmetric": "asymmetric top: A > B > C",
-}
 
 
 def _rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...], tuple[str, ...]]:
@@ -232,7 +203,7 @@ def _rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...
         off = 1 - moments[place] / moments[place + 1] if kind in ("spherical", other) else 0.0
         if off > principal.EQUAL_MOMENTS:
             notes.append(f"{pair} count as equal: they differ by {off:.1g}, which may be rounding")
-    fields = [field_of("axes", "rotor", kind, words=ROTORS[kind])]
+    fields = [field_of("axes", "rotor", kind)]
     for key, per_hertz in (("ghz", 1e-9), ("per_cm", 0.01 / LIGHT)):
         for letter, moment in zip("ABC", moments, strict=True):
             is_known = moment > 0 and not (is_line and letter == "A")

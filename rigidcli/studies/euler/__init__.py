@@ -19,20 +19,6 @@ from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.euler/1"
-# The kinds of motion, in words.
-MOTIONS = {
-    "rest": "rest: omega is zero",
-    "sphere": "sphere: all moments are equal, so that omega is constant",
-    "principal": "principal: omega is along a principal axis and constant",
-    "linear": "linear: no moment about its own axis, so that omega stays across it",
-    "oblate": "oblate symmetric top: omega turns about e3 in the body, e3 about L in space",
-    "prolate": "prolate symmetric top: omega turns about e1 in the body, e1 about L in space",
-    "about_lowest": "omega circulates about e1, the axis of the lowest moment, as L^2 < 2 T lambda2",
-    "about_highest": "omega circulates about e3, the axis of the highest moment, as L^2 > 2 T lambda2",
-    "separatrix": "separatrix: L^2 = 2 T lambda2, so that omega nears the intermediate axis forever",
-    "driven": "driven by a torque",
-    "top": "driven: a symmetric top under its weight",
-}
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -102,7 +88,8 @@ def _fields(motion: Trajectory) -> list[Field]:
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
     kind = "driven" if free is None else free.regime
-    words = MOTIONS["top" if kind == "driven" and motion.method == CLOSED_FORM else kind]
+    is_top = free is None and motion.method == CLOSED_FORM
+    words = "driven: a symmetric top under its weight" if is_top else ""
     period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return [
@@ -115,7 +102,7 @@ def _fields(motion: Trajectory) -> list[Field]:
         if_known(field_of("euler", "flip_interval", flip)),
         if_known(field_of("euler", "turns_per_flip", turns)),
         if_known(field_of("euler", "mean_space_rate", rate)),
-        field_of("euler", "method", motion.method, words=motion.method),
+        field_of("euler", "method", motion.method),
         field_of("euler", "steps", motion.steps),
         trusted("euler", "trusted_digits", motion.trusted_digits),
         *(field_of("euler", f"drift.{key}", value) for key, value in motion.drift.items()),

@@ -18,25 +18,10 @@ from rigidcli.errors import DocumentError, Problem, RigidError
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.scene import Scene
 from rigidcli.studies.body import body_frame, lost_digits, principal_omega, require_one_start, require_spin
-from rigidcli.studies.common import RESULTS, report
+from rigidcli.studies.common import RESULTS, field_of, if_known, report
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.precess/1"
-# The words for people in place of a result that is one word.
-WORDS: dict[str, dict[str | None, str]] = {
-    "sleeping": {
-        "stable": "stable: fast enough to sleep",
-        "marginal": "marginal: just at the least spin",
-        "unstable": "unstable: it falls from upright",
-    },
-    "nutation_kind": {
-        "looping": "looping: the precession goes back and forth",
-        "cuspidal": "cuspidal: the precession stops at one limit",
-        "wavy": "wavy: the precession keeps its direction",
-        "steady": "steady: the tilt is constant",
-        "none": "none: the axis is at rest",
-    },
-}
 UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether the top sleeps
 # The keys of results of the nutation that have a shorter name in `core`.
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
@@ -90,26 +75,17 @@ def _scene(document: Document) -> Scene | None:
     return scene
 
 
-# The results of all sections; all but vectors have a column of CSV.
-_COLUMNS = [
-    replace(entry, cells={} if entry.counts else {entry.key: ()})
-    for entry in RESULTS["precess"]
-    if entry.title
-]
-
-
 def _fields(sections: Sections) -> Iterator[Field]:
     """All results: the columns of CSV are empty for a section that the document lacks."""
-    for entry in _COLUMNS:
+    for entry in RESULTS["precess"]:
         section, _, key = entry.key.partition(".")
+        if not entry.title:  # it is a table
+            continue
         if section not in sections:
             yield Field("", None, unit=entry.unit, cells=entry.cells)
             continue
-        value = sections[section].get(key)
-        field = entry.with_value(value, WORDS[key][value] if key in WORDS and value is not None else "")
-        if value is None:
-            field.title = ""
-        elif key == "minimum_spin" and sections[section].get("slow_rate") is not None:
+        field = if_known(field_of("precess", entry.key, sections[section].get(key)))
+        if key == "minimum_spin" and sections[section].get("slow_rate") is not None:
             field.diagnostic = True  # it is of interest where the top is too slow
         elif key == "sleeping" and isinstance(tilt := sections["top"].get("tilt"), float):
             field.diagnostic = tilt > UPRIGHT
