@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -70,7 +70,7 @@ def replay(scene: Scene, look: Look, most: int, others: Mapping[str, Scene] | No
     data = {**first, "arrays": list(arrays), "digits": look.digits}
     if further:
         data["others"] = further
-    return "".join(_figure(scene, list(others or ()), json.dumps(data, separators=(",", ":"))))
+    return _figure(scene, list(others or ()), json.dumps(data, separators=(",", ":")))
 
 
 def _motion(scene: Scene, extents: Sequence[Extent], most: int, arrays: dict[str, int]) -> dict[str, Any]:
@@ -96,50 +96,30 @@ def _motion(scene: Scene, extents: Sequence[Extent], most: int, arrays: dict[str
     return data | {"seconds": _seconds(scene, turns)}
 
 
-def _figure(scene: Scene, choices: Sequence[str], data: str) -> Iterator[str]:
-    yield "<figure class=rigidcli-replay>\n"
+def _figure(scene: Scene, choices: Sequence[str], data: str) -> str:
+    """The elements of replay.html, most of which are hidden until the script runs."""
     options = "".join(
         f"<option value={place}>{text(lettered(stage.title))}</option>"
         for place, stage in enumerate(scene.stages)
     )
     columns = single_cells(scene.readings)
     names = (formula(column.symbols[0]) if column.symbols else prose(column.cells[0]) for column in columns)
-    heads = "".join(f"<div><dt>{name}</dt><dd></dd></div>" for name in names)
-    label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
-    yield _FRAME.format(title=text(scene.title), label=text(label), options=options, readings=heads)
-    if choices:
-        yield _CHOICE.format(last=len(choices) - 1, names=text(json.dumps(choices)), first=text(choices[0]))
-    # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
-    yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
-
-
-# The elements around the picture; they are hidden until the script runs.
-_FRAME = """<div class=title><figcaption>{title}</figcaption>
-<select class=timed aria-label="What to show" hidden>{options}</select></div>
-<div class=stage>
-<canvas tabindex=0 role=img aria-label="{label}"></canvas>
-<div class=labels aria-hidden=true></div>
-<div class=view hidden><button type=button data-do=out aria-label="Zoom out" title="Zoom out">−</button>
-<button type=button data-do=in aria-label="Zoom in" title="Zoom in">+</button>
-<button type=button data-do=reset aria-label="Reset view" title="Reset view">↺</button></div>
-<p class=trouble role=status>The replay needs JavaScript.</p>
-</div>
-<div class="controls timed" hidden>
-<button type=button data-do=play>Play</button>
-<input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
-<span><button type=button data-do=slower aria-label="Slower" title="Slower">−</button>
-<output class=speed aria-label="Speed"></output>
-<button type=button data-do=faster aria-label="Faster" title="Faster">+</button></span>
-</div>
-<dl class="readings timed" hidden>{readings}</dl>
-<div class=legend role=group aria-label="What is shown" hidden></div>
-<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: <span class=timed>space plays,
-← → step in time, ↑ ↓ change the speed, </span>+ − zoom, shift and arrows turn, 0 resets the view.</p>
-"""
-# The slider over the values of a sweep.
-_CHOICE = """<label class=choice><input type=range min=0 max={last} step=1 value=0 aria-label="Value"
-data-names="{names}"><output>{first}</output></label>
-"""
+    slider = ""
+    if choices:  # the values of a sweep
+        slider = (
+            f"<label class=choice><input type=range min=0 max={len(choices) - 1} step=1 value=0 "
+            f'aria-label="Value"\ndata-names="{text(json.dumps(choices))}">'
+            f"<output>{text(choices[0])}</output></label>\n"
+        )
+    return resource("replay.html").format(
+        title=text(scene.title),
+        label=text(f"{scene.title}: {scene.stages[0].title}, in three dimensions"),
+        options=options,
+        readings="".join(f"<div><dt>{name}</dt><dd></dd></div>" for name in names),
+        choice=slider,
+        # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
+        data=data.replace("<", r"\u003c"),
+    )
 
 
 def _rows(scene: Scene, most: int) -> Rows:
