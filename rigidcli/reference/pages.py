@@ -62,9 +62,11 @@ def explain(path: str) -> str:
     """
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
-    every = stored()
-    subjects = _subjects_called(path, every)
-    while not (matches := _called(steps, every)) and len(steps) > 1 and _called(steps[:1], every):
+    every, plain = stored(), _plain(path)
+    subjects = [
+        entry for entry in every if entry.path[0] == "subjects" and plain in map(_plain, entry.other_names)
+    ]
+    while not (matches := _called(steps)) and len(steps) > 1 and _called(steps[:1]):
         steps = steps[1:]
     matches = subjects + [entry for entry in matches if entry not in subjects]
     if not matches and len(steps) == 1:
@@ -72,17 +74,17 @@ def explain(path: str) -> str:
             matches = [_unit(path)]
     shapes = [("body", "shape", shape) for shape in shapes_called(path)]
     if matches := matches or [entry for entry in every if entry.path[1:] in shapes]:
-        return "\n".join(_pages(matches, every))
+        return "\n".join(_pages(matches))
     raise UsageError(
-        f"nothing is called {shown(path)}{did_you_mean(_near(path, every))}",
+        f"nothing is called {shown(path)}{did_you_mean(_near(path))}",
         hint="`rigidcli explain` lists what there is",
     )
 
 
-def _near(path: str, every: Sequence[Entry]) -> str | None:
+def _near(path: str) -> str | None:
     """The path of an entry that is spelled nearly so: a key at the same place, a topic, or a subject."""
     *above, last = path.split(".")
-    parents = {entry.path for entry in _called(tuple(above), every)} if above else set()
+    every, parents = stored(), {entry.path for entry in _called(tuple(above))} if above else set()
     names = {entry.path[-1] for entry in every for parent in parents if entry.path[: len(parent)] == parent}
     keys = [
         e.path[-1] for e in every if len(e.path) == 1 or e.path[0] in ("document", "assignment", "answers")
@@ -91,12 +93,6 @@ def _near(path: str, every: Sequence[Entry]) -> str | None:
     alike = [name for name in subjects if name[0] == last[:1].casefold()]
     near = nearest(last, sorted(names)) if names else nearest(last, sorted({*keys})) or nearest(last, alike)
     return near and ".".join((*above, near))
-
-
-def _subjects_called(typed: str, every: Sequence[Entry]) -> list[Entry]:
-    subjects = [entry for entry in every if entry.path[0] == "subjects" and len(entry.path) > 1]
-    plain = _plain(typed)
-    return [entry for entry in subjects if plain in map(_plain, entry.other_names)]
 
 
 def _plain(name: str) -> str:
@@ -116,9 +112,9 @@ def _unit(name: str) -> Entry:
     return Entry(("units", name), f"measures {dimension}", facts=facts)
 
 
-def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
+def _called(steps: tuple[str, ...]) -> list[Entry]:
     """The entries at a path: a topic, else from the top of a topic, else those whose path ends so."""
-    name = steps[0] if len(steps) == 1 else None
+    every, name = stored(), steps[0] if len(steps) == 1 else None
     return (
         [entry for entry in every if entry.path == steps]
         or [entry for entry in every if entry.path[1:] == steps]
@@ -126,12 +122,12 @@ def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
     )
 
 
-def _pages(matches: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
+def _pages(matches: Sequence[Entry]) -> list[str]:
     """The pages of entries; those that say the same share one."""
     alike: dict[str, list[str]] = {}
     for entry in matches:
         depth = len(entry.path)
-        below = [other for other in every if other.path[:depth] == entry.path and len(other.path) > depth]
+        below = [other for other in stored() if other.path[:depth] == entry.path and len(other.path) > depth]
         if entry.path != ("assignment",):  # its page shows the keys of all its sections
             below = [other for other in below if len(other.path) == depth + 1]
         groups = [

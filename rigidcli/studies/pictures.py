@@ -6,7 +6,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from rigidcli.commands import COMMANDS, STUDIES
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import RigidError, UsageError, guess
 
 if TYPE_CHECKING:
@@ -14,16 +14,13 @@ if TYPE_CHECKING:
 
 BEST = "best"  # asks for the first kind of picture that the result can be drawn as
 ANY = "any"  # asks for the best picture, or for none where there is nothing to draw
-# The kinds of pictures by study, with the modules that have functions of these names; a function raises
-# UsageError where the result has nothing to show.
-KINDS = {name: COMMANDS[name].pictures for name in STUDIES}
 
 
 def require_kind(command: str, kind: str) -> None:
     """Raise UsageError unless this command has pictures of this kind."""
-    if kind != BEST and kind not in KINDS[command]:
-        hint = f"kinds of pictures here: {', '.join(KINDS[command])}"
-        raise UsageError(f"`{kind}` is no picture here{guess(kind, KINDS[command])}", hint=hint)
+    if kind != BEST and kind not in COMMANDS[command].pictures:
+        hint = f"kinds of pictures here: {', '.join(COMMANDS[command].pictures)}"
+        raise UsageError(f"`{kind}` is no picture here{guess(kind, COMMANDS[command].pictures)}", hint=hint)
 
 
 def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...]:
@@ -39,8 +36,8 @@ def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...
         return ()
     require_kind(command, kind)
     reasons = []
-    for name in KINDS[command] if kind == BEST else (kind,):
-        module = import_module(f"rigidcli.studies.{KINDS[command][name]}")
+    for name in COMMANDS[command].pictures if kind == BEST else (kind,):
+        module = import_module(f"rigidcli.studies.{COMMANDS[command].pictures[name]}")
         try:
             picture: Picture = getattr(module, name)(*result)
         except UsageError as error:
