@@ -46,7 +46,7 @@ def driven_trajectory(
     ValueProblem, with the path in `motion`, for a torque that is too large, or about a line without a moment.
     """
     equations = _equations(problem)
-    moments, axes, turn, acting, slopes, watched, idle = equations
+    moments, _, _, acting, slopes, watched, idle = equations
     start = _starts(problem, equations)[0]
     name, end = "the motion", float(problem.times[-1])
     stops, longest = foreseen(watched, end, name)
@@ -66,26 +66,21 @@ def driven_trajectory(
         lambda tolerance, stops: follow(tolerance=tolerance, stops=stops, like=solution),
         watched,
         stops,
-        lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
+        _turned_apart,
         problem.times,
     )
     _require_across(acting, np.flatnonzero(idle).tolist(), solution)
 
-    def along_document(times: Floats) -> tuple[Floats, Floats]:
-        states = solution.at(times)
-        quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-        return (states[:, 4:] / moments) @ axes.T, rotation.compose(quaternions, rotation.inverse(turn))
-
     # Weight alone conserves the energy, and L about the vertical.
     gained = None if problem.torque is None else partial(_gained, acting, moments, solution)
-    drift = drift_of(problem, *along_document(solution.knots), gained)
+    drift = drift_of(problem, *equations.along_document(solution.at(solution.knots)), gained)
     trusted = digits(max(error, rounding(solution, stops), drift["energy"], drift["angular_momentum"]))
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
     drift["quaternion"] = float(np.abs(lengths - 1).max())
     notes = problem.notes if solution.note is None else (*problem.notes, solution.note)
     if lost is not None:
         notes += (unshared("motion", lost, may_be_chaotic=True),)
-    omega, orientation = along_document(problem.times)
+    omega, orientation = equations.along_document(solution.at(problem.times))
     problem, orientation = replace(problem, notes=notes), rotation.continuous(orientation)
     return Trajectory(problem, omega, orientation, None, solution.method, solution.steps, trusted, drift)
 
@@ -103,6 +98,12 @@ class _Equations(NamedTuple):
     slopes: list[Node]
     watched: Watched
     idle: NDArray[np.bool_]
+
+    def along_document(self, states: Floats) -> tuple[Floats, Floats]:
+        """omega (..., 3) and orientation (..., 4) in the states (..., 7), along the document's axes."""
+        quaternions = states[..., :4] / np.linalg.norm(states[..., :4], axis=-1, keepdims=True)
+        turned = rotation.compose(quaternions, rotation.inverse(self.turn))
+        return (states[..., 4:] / self.moments) @ self.axes.T, turned
 
 
 def _equations(problem: InitialValueProblem) -> _Equations:
@@ -144,30 +145,26 @@ def together(document: Document, first: InitialValueProblem, starts: Starts) -> 
         return None  # it is told of each start
     if motion is None or motion.method != "auto" or equations.idle.any():
         return None
-    moments, axes, turn, _, slopes, watched, _ = equations
-    flow = code.function(slopes, rigid_body.STATE, {})
+    flow, moving = code.function(equations.slopes, rigid_body.STATE, {}), equations.watched.moving
     longest = min(longest, motion.max_step or math.inf)
-    problem = many.ManyStarts(
-        flow, None, watched.moving, slices((4, 3)), first.tolerance, longest, stops.tolist()
-    )
+    problem = many.ManyStarts(flow, None, moving, slices((4, 3)), first.tolerance, longest, stops.tolist())
 
     def samples(places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
         begin = _starts(starts(places), equations).T
-        paths, apart = many.twice(problem, begin, first.times, _turned_apart)
-        states = paths.states.transpose(2, 0, 1)
+        paths, apart = many.twice(
+            problem, begin, first.times, lambda one, other: _turned_apart(one.states, other.states)
+        )
         error = np.maximum(apart.max(axis=0), EPS * (np.sqrt(paths.steps) + 4 * len(stops)))
-        quaternions = states[..., :4] / np.linalg.norm(states[..., :4], axis=2, keepdims=True)
-        omega = (states[..., 4:] / moments) @ axes.T
-        orientation = rotation.continuous(rotation.compose(quaternions, rotation.inverse(turn)))
+        omega, orientation = equations.along_document(paths.states.transpose(2, 0, 1))
         # What two motions do not share is looked into alone.
-        return omega, orientation, error, paths.alone | ~(error < MISSED)
+        return omega, rotation.continuous(orientation), error, paths.alone | ~(error < MISSED)
 
     return samples
 
 
-def _turned_apart(one: many.Paths, other: many.Paths) -> Floats:
-    """The angles (k by m, rad) between the orientations of two solutions."""
-    angles: Floats = 2 * np.linalg.norm((one.states - other.states)[:, :4], axis=1)
+def _turned_apart(one: Floats, other: Floats) -> Floats:
+    """The angles (k, or k by m; rad) between orientations in the states (k, 7, or k by 7 by m)."""
+    angles: Floats = 2 * np.linalg.norm((one - other)[:, :4], axis=1)
     return angles
 
 
