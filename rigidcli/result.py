@@ -78,11 +78,9 @@ class Result(Report):
             raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
         chosen = self.data if table is None else self._table(table)
         if chosen is None:
-            cells = {
-                name: (entry.value if entry.value is None or not place else entry.value[place], entry.unit)
-                for entry in self.fields
-                for name, place in entry.cells.items()
-            }
+            from rigidcli.render.values import row_of
+
+            cells = {name: cell for name, cell in row_of(self).items() if name != "name"}
             frame = pd.DataFrame({name: [value] for name, (value, _) in cells.items()}, index=[self.name])
             units = {name: unit for name, (_, unit) in cells.items() if unit}
         else:

@@ -82,10 +82,13 @@ def _dress(body: str) -> tuple[str, list[str]]:
 
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
     name = f' id="{anchor}"' if anchor else ""
+    figures = "".join(_figures(report, look, is_cell=is_cell))
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            _front("".join(_figures(report, look, is_cell=is_cell)), "".join(_results_of(report, look))),
+            '<div class="front">\n',  # figures and results, side by side on a wide page
+            figures and f'<div class="figures">\n{figures}</div>\n',
+            f"<div>{''.join(_results_of(report, look))}</div>\n</div>\n",
             *_tables(report.tables, look),
             *_working(report.steps, look),
             *_notes(report),
@@ -93,12 +96,6 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
             "</section>\n",
         ]
     )
-
-
-def _front(figures: str, results: str) -> str:
-    """Figures and results, side by side on a wide page."""
-    figures = figures and f'<div class="figures">\n{figures}</div>\n'
-    return f'<div class="front">\n{figures}<div>{results}</div>\n</div>\n'
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:

@@ -11,7 +11,7 @@ from itertools import combinations_with_replacement
 from rigidcli.errors import ComputationError, printable
 from rigidcli.render import Look
 from rigidcli.render.values import is_exact
-from rigidcli.report import Report, Value
+from rigidcli.report import Report
 
 
 def _block(template: str, report: Report, look: Look) -> str:
@@ -33,11 +33,8 @@ def _block(template: str, report: Report, look: Look) -> str:
         )
     # A comment may not hold two hyphens in a row.
     name = printable(report.name).replace("--", "- -").rstrip("-")
-    return f"<!-- {name} -->\n{template.format(**{key: _decimal(value) for key, value in values.items()})}"
-
-
-def _decimal(value: Value) -> str:
-    return repr(float(value.evaluate() if is_exact(value) else value))
+    floats = {key: float(value.evaluate() if is_exact(value) else value) for key, value in values.items()}
+    return f"<!-- {name} -->\n{template.format(**floats)}"
 
 
 urdf = partial(

@@ -9,7 +9,7 @@ import orjson
 from rigidcli.core.memory import BYTES_OF_ITS_TEXT, require
 from rigidcli.render import Look
 from rigidcli.render.values import plain
-from rigidcli.report import Report, Table, Value
+from rigidcli.report import Report, Value
 
 
 def piece(report: Report, look: Look) -> str:
@@ -22,13 +22,10 @@ def piece(report: Report, look: Look) -> str:
     head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
     if report.swept:
         head["swept"] = {entry.key: entry.value for entry in report.swept}
-    if look.columns:
-        report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+    if look.columns and (data := report.data) is not None:
+        # The quantities that have at least one of the columns.
+        asked = tuple(column for column in data.columns if {*column.cells} & {*look.columns})
+        tables = (replace(data, columns=asked) if table is data else table for table in report.tables)
+        report = replace(report, tables=tuple(tables))
     body = head | report.tree | {"units": report.units}
     return orjson.dumps(body, default=plain, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
-
-
-def _asked(table: Table, look: Look) -> Table:
-    """A table of data with the quantities that have at least one column in the look."""
-    asked = (column for column in table.columns if {*column.cells} & {*look.columns})
-    return replace(table, columns=tuple(asked)) if table.data else table

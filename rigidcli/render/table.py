@@ -56,10 +56,8 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:
     """The lines of a value, and its unit."""
-    if entry.words:
-        return entry.words, ""
-    if entry.value is None:
-        return "not known", ""
+    if entry.words or entry.value is None:
+        return entry.words or "not known", ""
     factor, texts, unit = entries(entry, digits, number)
     if isinstance(texts, str):
         return texts, unit

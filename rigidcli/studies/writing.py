@@ -49,18 +49,11 @@ def total(terms: Iterable[Node]) -> Node:
 
 
 def _number(value: Scalar | int, n: Arithmetic) -> Node:
-    if isinstance(value, int):
-        return number(value) if not n.exact else _whole(value)
     if n.exact:
         from rigidcli.algebra.expressions import expr
 
         return expr(value).tree()
     return number(float(value))
-
-
-def _whole(value: int) -> Node:
-    size = Number(str(abs(value)), abs(value))
-    return Negative(size) if value < 0 else size
 
 
 def filled(text: str, n: Arithmetic, title: str = "", added: Node = _ZERO, /, **numbers: Scalar) -> Field:
