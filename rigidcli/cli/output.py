@@ -205,6 +205,8 @@ class Output:
         if self._path is not None:
             with _failures_of(self._path):
                 if self._file is None:
+                    if is_folder(self._path):  # also one that is not there
+                        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
                     self._file = self._whole.enter_context(_replacing(Path(self._path)))
                 self._file.write(_encoded(piece))
             return
