@@ -9,6 +9,7 @@ from typing import NamedTuple
 class Command(NamedTuple):
     """A command.
 
+    `title`: that of its results.
     `needs`: a document of this study has at least one of these sections.
     `ignored`: sections of its documents that are for other commands.
     `section`: the section of a motion, with the `samples` and `duration` that options set.
@@ -19,6 +20,7 @@ class Command(NamedTuple):
 
     name: str
     help: str = ""
+    title: str = ""
     needs: tuple[str, ...] = ()
     ignored: str = ""
     section: str = ""
@@ -44,6 +46,7 @@ _ROWS = (
 
         Example: rigidcli inertia -f csv cube.yaml plate.yaml
         """,
+        title="inertia tensor",
         needs=("body",),
         ignored="motion top tide system orbit equilibrium transform observables brackets",
         pictures={"body": "inertia.pictures", "ellipsoid": "inertia.pictures"},
@@ -60,6 +63,7 @@ _ROWS = (
 
         Example: rigidcli axes cube.yaml --set body.mass=3
         """,
+        title="principal moments and axes",
         needs=("body",),
         ignored="top tide system orbit equilibrium transform observables brackets",
         pictures={"body": "inertia.pictures", "ellipsoid": "inertia.pictures"},
@@ -76,6 +80,7 @@ _ROWS = (
 
         Example: rigidcli precess top.yaml --set top.spin="900 rpm"
         """,
+        title="precession",
         needs=("top", "body", "tide"),
         ignored="system orbit equilibrium transform observables brackets",
         pictures=dict.fromkeys(("potential", "trace", "polhode"), "precess.pictures"),
@@ -93,6 +98,7 @@ _ROWS = (
 
         Example: rigidcli euler motion.yaml --duration "5 min" -f csv
         """,
+        title="motion by Euler's equations",
         needs=("body", "top"),
         ignored="tide system orbit equilibrium transform observables brackets",
         section="motion",
@@ -112,6 +118,7 @@ _ROWS = (
 
         Example: rigidcli hamilton spring.yaml -f latex
         """,
+        title="Hamilton's equations",
         needs=("system",),
         ignored="body about axis frame motion top tide",
         section="orbit",

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidcli.commands import COMMANDS
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.fields.texts import STDIN
@@ -40,8 +41,7 @@ if TYPE_CHECKING:
 
 def report(
     document: Document,
-    schema: str,
-    title: str,
+    study: str,
     fields: Iterable[Field],
     notes: Iterable[str] = (),
     tables: Iterable[Table] = (),
@@ -58,7 +58,8 @@ def report(
         field.value = _unsigned(field.value)
     name, every = called(document.name, document.source), (*document.notes, *notes)
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
-    return Report(schema, name, document.source, title, fields, every, *shown, document=document.draft.whole)
+    head = f"rigidcli.{study}/1", name, document.source, COMMANDS[study].title
+    return Report(*head, fields, every, *shown, document=document.draft.whole)
 
 
 def called(name: str | None, source: str) -> str:

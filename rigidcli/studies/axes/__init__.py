@@ -26,8 +26,6 @@ from rigidcli.studies.body import (
 from rigidcli.studies.common import field_of, if_known, report, value_of
 from rigidcli.studies.pictures import drawn
 
-SCHEMA = "rigidcli.axes/1"
-
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
@@ -72,9 +70,9 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
         if motion is not None and motion.omega is not None:
             working.append(motion_step(tensor, fields, n))
-    title, pictures = "principal moments and axes", drawn("axes", picture, document)
+    pictures = drawn("axes", picture, document)
     fields += [*about_axis, *mesh_fields(document)]
-    return report(document, SCHEMA, title, fields, [*notes, *more_notes], (), working, pictures)
+    return report(document, "axes", fields, [*notes, *more_notes], (), working, pictures)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:

@@ -18,8 +18,6 @@ from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
 
-SCHEMA = "rigidcli.euler/1"
-
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(
@@ -48,8 +46,7 @@ def run(
     pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes
     if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
         notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
-    title = "motion by Euler's equations"
-    result = report(document, SCHEMA, title, fields, notes, (stability, samples), working, pictures)
+    result = report(document, "euler", fields, notes, (stability, samples), working, pictures)
     if not scene:
         return result
     from rigidcli.studies.euler.pictures import scene_of

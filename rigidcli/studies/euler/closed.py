@@ -119,8 +119,8 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
             if form == "few":
                 least = digits(float(error[some].max()))
                 fields.append(field_of("euler", "trusted_digits", least, diagnostic=True))
-            title, tables = "motion by Euler's equations", (with_start(table, np.array(places)[some]),)
-            yield places[some[0]], report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
+            tables = (with_start(table, np.array(places)[some]),)
+            yield places[some[0]], report(document, "euler", fields, problem.notes, tables)
 
     return samples
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.transform import TransformedSystem
 
-SCHEMA = "rigidcli.hamilton/1"
 
 # The longest expression that people see, in characters: it fills a screen.
 LONGEST_SHOWN = 2_000
@@ -80,8 +79,7 @@ def run(
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
         pictures = drawn("hamilton", picture, findings)
-    title = "Hamilton's equations"
-    result = report(document, SCHEMA, title, fields, notes_on(findings), tables, working, pictures)
+    result = report(document, "hamilton", fields, notes_on(findings), tables, working, pictures)
     if scene:
         from rigidcli.studies.hamilton.pictures import scene_of
 

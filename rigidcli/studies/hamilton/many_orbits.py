@@ -25,7 +25,7 @@ from rigidcli.language import code
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.common import report, trusted
 from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, of_start, with_start
-from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table, run
+from rigidcli.studies.hamilton import notes_on, orbit_table, run
 from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
@@ -115,8 +115,7 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
             findings = Findings(first, (), derivation, None, solution, None, None, observed, initial)
             tables = (with_start(orbit_table(findings)[0], np.array(places)[some]),)
             fields = [trusted("hamilton", "orbit.trusted_digits", solution.trusted_digits)]
-            title = "Hamilton's equations"
-            yield places[some[0]], report(document, SCHEMA, title, fields, notes_on(findings), tables)
+            yield places[some[0]], report(document, "hamilton", fields, notes_on(findings), tables)
 
     return samples
 

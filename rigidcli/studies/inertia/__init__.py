@@ -8,8 +8,6 @@ from rigidcli.studies.body import axis_fields, inertia_fields, mesh_fields
 from rigidcli.studies.common import report, value_of
 from rigidcli.studies.pictures import drawn
 
-SCHEMA = "rigidcli.inertia/1"
-
 
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find the mass properties of the document's body. Raises DocumentError for a document without a body."""
@@ -21,4 +19,4 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         working += inertia_steps(document, value_of(fields, "tensor"))
     pictures = drawn("inertia", picture, document)
     fields = (*fields, *about_axis, *mesh_fields(document))
-    return report(document, SCHEMA, "inertia tensor", fields, notes, steps=working, pictures=pictures)
+    return report(document, "inertia", fields, notes, steps=working, pictures=pictures)

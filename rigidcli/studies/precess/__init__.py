@@ -21,7 +21,6 @@ from rigidcli.studies.body import body_frame, lost_digits, principal_omega, requ
 from rigidcli.studies.common import RESULTS, field_of, if_known, report
 from rigidcli.studies.pictures import drawn
 
-SCHEMA = "rigidcli.precess/1"
 UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether the top sleeps
 # The keys of results of the nutation that have a shorter name in `core`.
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
@@ -55,7 +54,7 @@ def run(
 
         working += precess_steps(document, sections)
     pictures = drawn("precess", picture, document, sections)
-    result = report(document, SCHEMA, "precession", _fields(sections), notes, tables, working, pictures)
+    result = report(document, "precess", _fields(sections), notes, tables, working, pictures)
     return replace(result, scene=_scene(document)) if scene else result
 
 
