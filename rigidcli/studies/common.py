@@ -23,7 +23,7 @@ import csv
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from importlib import resources
+from importlib import import_module, resources
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +60,14 @@ def report(
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
     head = f"rigidcli.{study}/1", name, document.source, COMMANDS[study].title
     return Report(*head, fields, every, *shown, document=document.draft.whole)
+
+
+def worked(study: str, is_asked: bool, *result: object) -> Iterable[Step]:
+    """The working of a result, by `steps` in the study's module of this name; none unless it is asked."""
+    if not is_asked:
+        return ()
+    steps: Iterable[Step] = import_module(f"rigidcli.studies.{study}.steps").steps(*result)
+    return steps
 
 
 def called(name: str | None, source: str) -> str:

@@ -14,7 +14,7 @@ from rigidcli.core.rotation import as_quaternion
 from rigidcli.core.tensor import ROUNDING_OF_SUM, rounded_off
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
-from rigidcli.report import Field, Report, Step
+from rigidcli.report import Field, Report
 from rigidcli.studies.body import (
     axis_fields,
     body_frame,
@@ -23,7 +23,7 @@ from rigidcli.studies.body import (
     mesh_fields,
     require_one_start,
 )
-from rigidcli.studies.common import field_of, if_known, report, value_of
+from rigidcli.studies.common import field_of, if_known, report, value_of, worked
 from rigidcli.studies.pictures import drawn
 
 
@@ -61,17 +61,8 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
             kind = rotor[0].value
             fields = [field_of("axes", "class", kind) if field.key == "class" else field for field in fields]
         about_axis, more_notes = (*about_axis, *rotor), (*more_notes, *rotor_notes)
-    working: list[Step] = []
-    if steps:
-        from rigidcli.studies.axes.steps import axes_steps, motion_step
-        from rigidcli.studies.inertia.steps import inertia_steps
-
-        working += inertia_steps(document, tensor)
-        working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
-        if motion is not None and motion.omega is not None:
-            working.append(motion_step(tensor, fields, n))
-    pictures = drawn("axes", picture, document)
     fields += [*about_axis, *mesh_fields(document)]
+    working, pictures = worked("axes", steps, document, frame, fields), drawn("axes", picture, document)
     return report(document, "axes", fields, [*notes, *more_notes], (), working, pictures)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,20 +10,31 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar, echelon
 from rigidcli.core.principal import PrincipalFrame
+from rigidcli.document.document import Document
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
 from rigidcli.report import NOISE as ROUNDING
 from rigidcli.report import Field, Step
+from rigidcli.studies.inertia import steps as inertia
 from rigidcli.studies.writing import formula, free_name, power, product, total
 
 # The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method.
 LONGEST = 40
 
 
-def axes_steps(
+def steps(document: Document, frame: PrincipalFrame | None, fields: Sequence[Field]) -> Iterator[Step]:
+    """The way to the tensor, from it to its principal frame, and to L and T at an omega."""
+    n, results = document.arithmetic, {entry.key: replace(entry, key="") for entry in fields}
+    tensor = results["tensor"].value
+    yield from inertia.steps(document, tensor)
+    yield from _frame_steps(tensor, frame, n, frozenset(document.parameters or ()))
+    if "omega" in results:
+        yield _motion_step(tensor, results, n)
+
+
+def _frame_steps(
     tensor: Array, frame: PrincipalFrame | None, n: Arithmetic, names: frozenset[str]
 ) -> Iterator[Step]:
-    """The way from the tensor (3 by 3, kg m^2) to its principal frame; `names` are the document's."""
     factor, rest = _common_factor(tensor, n)
     mu = None if factor is None else free_name(("mu", "nu", "kappa"), names)
     yield _polynomial(rest, factor, mu, frame, n, free_name(("lambda", "Lambda"), names))
@@ -37,9 +48,8 @@ def axes_steps(
             yield _axis(rest, factor, frame, group, n)
 
 
-def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
-    """L, T and the torque at a given omega, component by component; `fields` are the results."""
-    results = {entry.key: replace(entry, key="") for entry in fields}
+def _motion_step(tensor: Array, results: Mapping[str, Field], n: Arithmetic) -> Step:
+    """L, T and the torque at a given omega, component by component."""
     omega, momentum = (results[key].value for key in ("omega", "angular_momentum"))
     shown: list[Field] = []
     if not n.exact:

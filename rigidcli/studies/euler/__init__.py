@@ -12,8 +12,8 @@ from rigidcli.core import free_body, memory
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
-from rigidcli.report import Column, Field, Report, Step, Table, yes_or_no
-from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known, report, trusted
+from rigidcli.report import Column, Field, Report, Table, yes_or_no
+from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known, report, trusted, worked
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
@@ -36,11 +36,7 @@ def run(
         return whole(document, run, together)
     motion = follow(document, progress)
     fields, samples, stability = _fields(motion), motion.samples(), _stability(motion)
-    working: list[Step] = []
-    if steps:
-        from rigidcli.studies.euler.steps import euler_steps
-
-        working += euler_steps(motion, fields)
+    working = worked("euler", steps, motion, tuple(fields))
     for place, rate in enumerate(stability.columns[-1].values):
         fields.append(Field("", rate, unit="1/s", cells={f"stability.{place}.rate": ()}))
     pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes

@@ -66,7 +66,7 @@ def _combined(numbers: Iterable[float], nodes: Iterable[Node]) -> list[Node]:
     return [product(FLOAT, float(x), node) for x, node in pairs if x and reading(node) not in ("0", "0.0")]
 
 
-def euler_steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
+def steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
     """The way to the motion, along e1, e2, e3, shown by the results themselves."""
     frame, free = motion.problem.frame, motion.free
     numbers = {f"lambda{k + 1}": float(moment) for k, moment in enumerate(frame.moments)}

@@ -24,7 +24,7 @@ MOST_POINTS = 20  # the most point masses whose terms are listed, so that the ta
 PAIRS = tuple(("xyz"[i], "xyz"[j], i, j) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
-def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
+def steps(document: Document, asked: Array) -> Iterator[Step]:
     """The way to the tensor `asked` for (3 by 3, kg m^2), along the axes of the results."""
     body, n, physical = document.body, document.arithmetic, document.physical
     whole = physical.properties

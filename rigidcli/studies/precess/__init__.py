@@ -15,10 +15,10 @@ from rigidcli.core.principal import body_class
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.errors import DocumentError, Problem, RigidError
-from rigidcli.report import Column, Field, Report, Step, Table, Value
+from rigidcli.report import Column, Field, Report, Table, Value
 from rigidcli.scene import Scene
 from rigidcli.studies.body import body_frame, lost_digits, principal_omega, require_one_start, require_spin
-from rigidcli.studies.common import RESULTS, field_of, if_known, report
+from rigidcli.studies.common import RESULTS, field_of, if_known, report, worked
 from rigidcli.studies.pictures import drawn
 
 UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether the top sleeps
@@ -48,11 +48,7 @@ def run(
     if not sections:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    working: list[Step] = []
-    if steps:
-        from rigidcli.studies.precess.steps import precess_steps
-
-        working += precess_steps(document, sections)
+    working = worked("precess", steps, document, sections)
     pictures = drawn("precess", picture, document, sections)
     result = report(document, "precess", _fields(sections), notes, tables, working, pictures)
     return replace(result, scene=_scene(document)) if scene else result

@@ -18,7 +18,7 @@ from rigidcli.studies.writing import filled, law
 Results: TypeAlias = Mapping[str, Value]  # the results of a section by their keys
 
 
-def precess_steps(document: Document, results: Mapping[str, Results]) -> Iterator[Step]:
+def steps(document: Document, results: Mapping[str, Results]) -> Iterator[Step]:
     """The way to the `results` for the sections of the document."""
     n = document.arithmetic
     if document.top is not None and "top" in results:
