@@ -22,7 +22,6 @@ from rigidcli.cli.output import (
     complain,
     counted,
     is_folder,
-    progress,
     tell_notes,
 )
 from rigidcli.cli.work import Work, answers, lost, require_used, tasks
@@ -42,7 +41,6 @@ LEAST_FOR_PROCESSES = 500
 MOST_SHOWN = 100_000
 # The most motions of a sweep among which a slider of a page chooses: they are all in the page.
 MOST_MOTIONS = 60
-PULSE = 2.0  # seconds after which a terminal shows the time that the work has taken
 
 
 class Asked(NamedTuple):
@@ -236,7 +234,7 @@ def _pieces(
     """
     first, printed = None, defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.swept is None
-    do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
+    do = partial(answers, work=work, is_watched=here)
     # On a terminal, rows that stream show the progress themselves, and so does a single motion.
     streams = work.look.width is not None and not TRAITS[work.format].people
     with counted(asked.total) as done:

@@ -104,13 +104,13 @@ class Failures:
 
 
 @contextlib.contextmanager
-def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
+def progress(pulse: float | None = None, is_shown: bool = True) -> Iterator[Callable[[float], None]]:
     """A context in which long work shows the share that is done, on standard error if that is a terminal.
 
     With a `pulse` (s), the elapsed time is shown again after each such interval, also without a new share.
     """
     terminal = sys.stderr
-    if terminal is None or not terminal.isatty():
+    if terminal is None or not terminal.isatty() or not is_shown:
         yield lambda fraction: None
         return
     begin, done, share, text = time.monotonic(), threading.Event(), "", ""

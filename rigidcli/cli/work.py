@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib import import_module
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rigidcli.cli.output import Failure, failure
+from rigidcli.cli.output import Failure, failure, progress
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.errors import UNKNOWN_KEY, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
@@ -27,8 +26,7 @@ if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
-# Makes a context that gives a function, which shows the share of the work that is done.
-Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
+PULSE = 2.0  # seconds after which a terminal shows the time that a document has taken
 FEW_FILES = 16  # up to this many FILES, starts are shared among processes; beyond it, whole FILES
 # Tasks of a large ensemble, and blocks of starts in a task: few tasks, as each one reads the document.
 FEW_TASKS, MOST_BLOCKS = 64, 16
@@ -60,13 +58,13 @@ class Work(NamedTuple):
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
-    def run(self, document: Document, watch: Watch | None = None) -> Report:
-        """The result of the study; `watch` makes a context for progress. Raises RigidError."""
+    def run(self, document: Document, is_watched: bool = False) -> Report:
+        """The result of the study; the progress of a motion that `is_watched` is shown. Raises RigidError."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
-        if watch is None or not self.command.section:
+        if not self.command.section:
             return run(document, **self.options)
-        with watch() as show:
+        with progress(PULSE, is_watched) as show:
             return run(document, **self.options, progress=show)
 
     def answer(self, report: Report, files: Sequence[pathlib.Path]) -> Answer:
@@ -211,14 +209,14 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> dict[str, Any]:
     return {"sweep": replace(sweep, exact=exact), "places": range(sweep.count), "size": size}
 
 
-def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
-    """The answers to a task, of which an ensemble has several; `watch` makes a context for progress."""
+def answers(task: Task, work: Work, is_watched: bool = False) -> Iterator[Answer]:
+    """The answers to a task, of which an ensemble has several; progress is shown where it `is_watched`."""
     if isinstance(task.draft, Failure):
         found = iter([Answer(task.source, task.draft)])
     elif task.sweep is not None:
         found = _of_sweep(task, task.draft, task.sweep, work)
     else:
-        found = _of_document(task, task.draft, work, watch)
+        found = _of_document(task, task.draft, work, is_watched)
     for answer in found:
         yield answer._replace(notes=[*task.about, *answer.notes])
 
@@ -230,18 +228,18 @@ def lost(task: Task) -> Answer:
     return Answer(task.source, failure(error, task.source))
 
 
-def _of_document(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
+def _of_document(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator[Answer]:
     from rigidcli.document.load import read
 
     files = tuple[Any, ...]()
     try:
-        with (watch or nullcontext)():  # a large file takes seconds
+        with progress(PULSE, is_watched):  # a large file takes seconds
             document = read(draft)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
             return
-        yield work.answer(work.run(document, watch), files)
+        yield work.answer(work.run(document, is_watched), files)
     except (RigidError, MemoryError) as error:
         yield Answer(task.source, failure(error, task.source), files=files)
 
