@@ -242,15 +242,21 @@ def _referred(schema: Schema) -> Schema:
     return next(definitions[name] for file in WRITTEN_FILES if name in (definitions := _file(file)["$defs"]))
 
 
-def _sections(schema: Schema) -> list[Schema]:
-    """The sections that a value may be, at any depth of its lists and choices."""
+def _leaves(schema: Schema) -> Iterator[Schema]:
+    """The schemas of what a value may be, at any depth of its lists and choices: sections and plain values."""
     schema = _referred(schema)
-    if "properties" in schema:
-        return [schema]
     entries = [schema.get("items"), schema.get("additionalProperties")]
     inner = [*schema.get("anyOf", ()), *schema.get("oneOf", ()), *schema.get("prefixItems", ())]
     inner += [entry for entry in entries if isinstance(entry, dict)]
-    return list({id(section): section for entry in inner for section in _sections(entry)}.values())
+    if "properties" in schema or not inner:
+        yield schema
+    else:
+        for entry in inner:
+            yield from _leaves(entry)
+
+
+def _sections(schema: Schema) -> list[Schema]:
+    return list({id(leaf): leaf for leaf in _leaves(schema) if "properties" in leaf}.values())
 
 
 def _keys_in(section: Schema) -> list[tuple[str, Schema, bool]]:
@@ -263,22 +269,15 @@ def _first_sentence(section: Schema) -> str:
     return text.partition(". ")[0].rstrip(".")
 
 
-def _is_section(schema: Schema) -> bool:
-    """Whether a value is a section, of one form or several, or a list of such sections."""
-    schema = _referred(schema)
-    choices = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
-    choices += [schema["items"]] if "items" in schema else []
-    return "properties" in schema or (bool(choices) and all(map(_is_section, choices)))
-
-
 def _summary(schema: Schema, is_needed: bool) -> str:
     """A line on a key: the description, the kind of value, the default, and whether it is needed."""
     sections, default = _sections(schema), schema.get("default")
-    is_alone = len(sections) == 1 and _is_section(schema)
+    is_section = all("properties" in leaf for leaf in _leaves(schema))
+    is_alone = len(sections) == 1 and is_section
     sentence = str(schema.get("description", "")) or (_first_sentence(sections[0]) if is_alone else "")
     kind = _kind(schema)
     unit = kind[kind.rfind("(") :] if kind.endswith(")") else ""
-    is_said = bool(sentence) and ((unit and unit in sentence) or _is_section(schema))
+    is_said = bool(sentence) and ((unit and unit in sentence) or is_section)
     has_default = isinstance(default, str | int | float) and str(default) not in ("", "0", "False")
     usual = f"default {default}" if has_default and "default" not in sentence else ""
     return "; ".join(filter(None, [sentence, "" if is_said else kind, usual, "needed" if is_needed else ""]))
