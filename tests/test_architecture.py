@@ -97,7 +97,7 @@ def test_every_format_is_a_module_and_every_module_a_format() -> None:
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
-    helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "writing", "ellipsoids"}
+    helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "writing"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {"app", "computing", "folder", "options", "output", "work"}
     others = {row.module for row in COMMANDS.values() if not row.needs}

@@ -243,7 +243,7 @@ def _referred(schema: Schema) -> Schema:
 
 
 def _leaves(schema: Schema) -> Iterator[Schema]:
-    """The schemas of what a value may be, at any depth of its lists and choices: sections and plain values."""
+    """The schemas of what a value may be, at any depth of its lists and choices: sections or plain values."""
     schema = _referred(schema)
     entries = [schema.get("items"), schema.get("additionalProperties")]
     inner = [*schema.get("anyOf", ()), *schema.get("oneOf", ()), *schema.get("prefixItems", ())]

@@ -1,6 +1,8 @@
 """The pictures of `euler`: omega in time, the polhode, the trace of an axis on the sphere, and the replay.
 
-The replay shows the body with its axes, omega and L in space, and Poinsot's construction.
+The tip of omega moves on the ellipsoid of energy, I1 w1^2 + I2 w2^2 + I3 w3^2 = 2 T, where |L| is constant:
+L. Landau, E. Lifshitz, Mechanics, section 37. The replay shows the body with its axes, omega and L in space,
+and Poinsot's construction.
 """
 
 from __future__ import annotations
@@ -15,12 +17,12 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.document.document import Document
+from rigidcli.errors import UsageError
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from rigidcli.studies.ellipsoids import polhode_picture, semi_axes, trace_picture
 from rigidcli.studies.euler.motion import Trajectory
-from rigidcli.studies.inertia.pictures import marks_of_body, moved, reach
+from rigidcli.studies.inertia.pictures import CIRCLE, ellipsoid_lines, marks_of_body, moved, reach, semi_axes
 
 # How far apart components of omega are that have panels of their own, in units of their largest change.
 GAP_OF_PANELS = 3.0
@@ -57,19 +59,56 @@ def _groups(values: Floats) -> list[list[int]]:
 
 
 def polhode(motion: Trajectory, samples: Table) -> Picture:
-    """The path of omega in the body, on the ellipsoid of the energy at the start."""
-    frame = motion.problem.frame
-    path = _column(samples, "omega").values @ frame.axes.T
-    return polhode_picture(frame.moments, path, motion.free is not None)
+    """The path of omega in the body, on the ellipsoid of the energy at the start.
+
+    Raises UsageError where a body without a moment about an axis, or at rest, has no such ellipsoid.
+    """
+    frame, is_free = motion.problem.frame, motion.free is not None
+    moments, path = frame.moments, _column(samples, "omega").values @ frame.axes.T
+    axes = semi_axes(moments, float(path[0] @ (moments * path[0])))
+    if axes is None:
+        raise UsageError("the ellipsoid of energy needs a body that turns, with moments about all its axes")
+    name = "ellipsoid of energy" if is_free else "ellipsoid of the energy at t = 0"
+    marks = ellipsoid_lines(axes, name)
+    for place, curve in enumerate(_separatrix(moments, axes)):
+        label = "" if place else "separatrix"
+        marks.append(Mark("line", curve, label, style=1, normals=curve * moments))
+    marks.append(Mark("line", path, "polhode", style=0, normals=path * moments))
+    marks.append(Mark("dots", path[:1], "start", style=0))
+    rulers = tuple(PictureAxis(f"ω{k}", unit="rad/s") for k in "₁₂₃")
+    title = "polhode, the path of omega in the body"
+    return Picture("polhode", title, (Panel(rulers, tuple(marks), is_even=True),))
+
+
+def _separatrix(moments: Floats, axes: Floats) -> Iterator[Floats]:
+    """The two closed curves (n, 3) on the ellipsoid of energy with these `axes` on which L^2 = 2 T I2.
+
+    They are plane: I1 (I2-I1) w1^2 = I3 (I3-I2) w3^2. There are none unless the `moments` differ, ascending.
+    """
+    low, middle, high = moments
+    if not low < middle < high:
+        return
+    cosine, sine = np.sqrt((high - middle) / (high - low)), np.sqrt((middle - low) / (high - low))
+    turn = np.linspace(0, 2 * np.pi, CIRCLE)
+    along, across = np.cos(turn), np.sin(turn)
+    for sign in (1, -1):
+        yield axes * np.column_stack([cosine * along, across, sign * sine * along])
 
 
 def trace(motion: Trajectory, samples: Table) -> Picture:
-    """The path in space of the top's axis, or of e3."""
-    third = motion.problem.third
-    is_top = motion.problem.weight.any()
-    name = "the axis of the top" if is_top and motion.free is None else "e₃"
-    axis = rotation.turned(motion.orientation, third)
-    return trace_picture(axis, name, f"path of {name} on the unit sphere")
+    """The path in space of the top's axis, or of e3, on the unit sphere."""
+    is_top = motion.problem.weight.any() and motion.free is None
+    name = "the axis of the top" if is_top else "e₃"
+    axis = rotation.turned(motion.orientation, motion.problem.third)
+    marks = [
+        *ellipsoid_lines(np.ones(3), "unit sphere"),
+        Mark("line", axis, name, normals=axis),
+        Mark("dots", axis[:1], "start"),
+        Mark("arrow", np.array([np.zeros(3), axis[0]]), style=0),
+    ]
+    rulers = tuple(map(PictureAxis, "xyz"))  # the directions of space, z upward
+    title = f"path of {name} on the unit sphere"
+    return Picture("trace", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
 def _column(samples: Table, key: str) -> Column:

@@ -22,12 +22,12 @@ from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
-from rigidcli.studies.ellipsoids import ellipsoid as lines_of
-from rigidcli.studies.ellipsoids import semi_axes
 
 MOST_POINTS = 2_000  # the most point masses that are drawn, evenly chosen, so that a picture is small
 MOST_FACES = 4_000  # the most triangles of a mesh that are drawn as they are, so that viewers stay fast
 HOLE_GROWN = 1.004  # how much larger holes are drawn than they are
+# The points of a closed line, and the lines of equal height on an ellipsoid: it looks round, and not crowded.
+CIRCLE, CIRCLES = 61, 7
 # Length of the principal axes, in units of the distance from O to the farthest point of the body.
 LENGTH_OF_AXES = 1.25
 
@@ -57,7 +57,7 @@ def body(document: Document, is_drawn: bool = True) -> Picture:
             com = axes.T @ physical.properties.com
     if semi is not None:
         scale, label = (0.9 * size / semi.max(), " (scaled)") if marks else (1, "")
-        marks += lines_of(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
+        marks += ellipsoid_lines(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
     for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True)):
         ends = np.array([centre, centre + LENGTH_OF_AXES * size * axis])
         marks.append(Mark("arrow", ends, f"e{'₁₂₃'[k]}: λ{'₁₂₃'[k]} = {moment:.4g} kg m²", style=k + 1))
@@ -131,3 +131,37 @@ def _outside(faces: list[Floats]) -> list[Floats]:
     names = [frozenset(map(tuple, np.round(face / size, 9).tolist())) for face in faces]
     count = Counter(names)
     return [face for face, name in zip(faces, names, strict=True) if count[name] == 1]
+
+
+# --- ellipsoids
+
+
+def semi_axes(moments: Floats, level: float) -> Floats | None:
+    """The semi-axes (3) of the ellipsoid on which the sum of I x^2 is `level`, sqrt(level/I).
+
+    With `moments` in kg m^2 and the level 2 T in J they are in rad/s; with the level 1 it is the ellipsoid of
+    inertia. None where a moment, or the level, is zero, so that there is no ellipsoid.
+    """
+    if not (moments > 0).all() or level <= 0:
+        return None
+    axes: Floats = np.sqrt(level / moments)
+    return axes
+
+
+def ellipsoid_lines(
+    axes: Floats, label: str, turn: Floats | None = None, centre: Floats | None = None
+) -> list[Mark]:
+    """The lines of an ellipsoid with semi-axes (3) along the rows of `turn` (3 by 3), about a centre (3)."""
+    x, y, z = np.eye(3)
+    angle = np.linspace(0, 2 * np.pi, CIRCLE)
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    heights = np.linspace(-1, 1, CIRCLES + 2)[1:-1]
+    sides = np.arange(CIRCLES - 1) * np.pi / (CIRCLES - 1)
+    circles = [np.sqrt(1 - h * h) * (cosine * x + sine * y) + h * z for h in heights]
+    circles += [sine * (np.cos(side) * x + np.sin(side) * y) + cosine * z for side in sides]
+    own, middle = np.eye(3) if turn is None else turn, np.zeros(3) if centre is None else centre
+    lines = [(circle * axes @ own + middle, circle / axes @ own) for circle in circles]
+    return [
+        Mark("line", line, "" if number else label, quiet=True, normals=normals)
+        for number, (line, normals) in enumerate(lines)
+    ]
