@@ -109,7 +109,6 @@ def _compute(command: Command, asked: Asked) -> int:
     _require_compatible(asked, form, traits)
     is_alone = sweep is None and not asked.compare
     picture = _picture_kind(command.name, traits, asked) if is_alone else None
-    _tell_unheeded(asked, form, picture)
     options: dict[str, Any] = {"steps": asked.steps and traits.people}
     if picture:
         options["picture"] = picture
@@ -129,19 +128,24 @@ def _compute(command: Command, asked: Asked) -> int:
         verbose=asked.verbose,
         standalone=asked.standalone,
     )
+    for name, note in _unheeded(asked, form, picture):
+        tell_notes(name, [note], asked.quiet)
     return _run(asked, Work(command, form, look, options, asked.exact, settings, named, asked.plot))
 
 
-def _tell_unheeded(asked: Asked, form: Format, picture: str | None) -> None:
-    """Note options that have no effect on the output, or on a part of it."""
+def _unheeded(asked: Asked, form: Format, picture: str | None) -> Iterator[tuple[str, str]]:
+    """The options that have no effect on the output, or on a part of it, with the reason."""
     is_data = not TRAITS[form].people
     if asked.steps and is_data:
-        tell_notes("--steps", [f"{form} has no working: use table, latex or html"], asked.quiet)
+        yield "--steps", f"{form} has no working: use table, latex or html"
     if asked.units and (asked.steps or is_data):
-        other = form if is_data else "the working"
-        tell_notes("--units", [f"{other} has SI units, whatever `--units` says"], asked.quiet)
+        yield "--units", f"{form if is_data else 'the working'} has SI units, whatever `--units` says"
     if asked.units and picture:
-        tell_notes("--units", ["the picture has SI units, whatever `--units` says"], asked.quiet)
+        yield "--units", "the picture has SI units, whatever `--units` says"
+    for other in TRAITS:
+        for name in TRAITS[other].options:
+            if other is not form and getattr(asked, name):
+                yield shared.OPTIONS[name][0], f"it is for {other}"
 
 
 def _require_compatible(asked: Asked, form: Format, traits: Traits) -> None:

@@ -67,6 +67,7 @@ class Traits(NamedTuple):
     `page`: it shows pictures and replays.
     `terminal`: a chart of characters may follow it.
     `file`: the ending of its files, if it is no text.
+    `options`: the options that no other format heeds.
     """
 
     ensembles: Ensembles = "starts"
@@ -76,6 +77,7 @@ class Traits(NamedTuple):
     page: bool = False
     terminal: bool = False
     file: str = ""
+    options: tuple[str, ...] = ()
 
     @property
     def people(self) -> bool:
@@ -94,8 +96,8 @@ _BLOCK = Traits(studies=("inertia",), module="inertial")
 TRAITS = {
     Format.table: Traits(ensembles="few", terminal=True),
     Format.json: Traits(),
-    Format.csv: Traits(ensembles="rows"),
-    Format.latex: Traits(ensembles="few"),
+    Format.csv: Traits(ensembles="rows", options=("no_header", "unit_header")),
+    Format.latex: Traits(ensembles="few", options=("standalone",)),
     Format.html: Traits(ensembles="few", page=True),
     Format.parquet: Traits(ensembles="rows", file=".parquet"),
     Format.python: _PROGRAM,
