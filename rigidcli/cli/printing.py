@@ -16,7 +16,7 @@ import rigidcli
 from rigidcli.cli.options import OutputPath, option
 from rigidcli.cli.output import Failures, Folder, Output, complain, counted, is_file
 from rigidcli.commands import COMMANDS
-from rigidcli.errors import ComputationError, Problem, UsageError, shown
+from rigidcli.errors import ComputationError, UsageError, shown
 from rigidcli.fields.texts import ending
 from rigidcli.processes import each
 from rigidcli.sandbox import usable_cores
@@ -70,18 +70,27 @@ def new(
 
     Example: rigidcli new top -o top.yaml
     """
-    if kind == "gallery":
-        failures = Failures()
-        with failures.of("new gallery"):
-            if output is None:
-                raise UsageError("it writes many pages", hint="`rigidcli new gallery -o FOLDER/`")
+    failures = Failures()
+    with failures.of("new gallery" if kind == "gallery" else output or "new"):
+        if kind != "gallery":
+            write_starter(Kind(kind), output, force)
+        elif output is None:
+            raise UsageError("it writes many pages", hint="`rigidcli new gallery -o FOLDER/`")
+        else:
             write_gallery(output, usable_cores())
-        raise typer.Exit(failures.code)
+    raise typer.Exit(failures.code)
+
+
+# The first command that a starter names for itself.
+_COMMAND = re.compile(r"rigidcli [a-z]+(?: -[-a-z]+)* FILE[.a-z]*")
+_FILE = re.compile("FILE[.a-z]*")  # the name of the starter's own file in that command
+
+
+def write_starter(kind: Kind, output: str | None, force: bool) -> None:
+    """Write a starter, and say what to do with it. Raises UsageError for a file that is there already."""
     if output is not None and is_file(output) and not force:
-        hint = "`--force` overwrites it"
-        complain(str(Problem(output, "the file exists, and is not overwritten", hint=hint)))
-        raise typer.Exit(UsageError.exit_code)
-    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
+        raise UsageError("the file exists, and is not overwritten", hint="`--force` overwrites it")
+    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(kind, ".yaml"))
     text = starter.read_text(encoding="utf-8")
     with Output(output) as target:
         target.write(text)
@@ -91,9 +100,6 @@ def new(
         complain(f"wrote {output}{following}")
 
 
-# The first command that a starter names for itself.
-_COMMAND = re.compile(r"rigidcli [a-z]+(?: -[-a-z]+)* FILE[.a-z]*")
-_FILE = re.compile("FILE[.a-z]*")  # the name of the starter's own file in that command
 SchemaKind = StrEnum("SchemaKind", "document assignment answers")  # the kinds of files that have a schema
 _SchemaKind = Annotated[SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")]
 ABOUT = "A key, shape, unit, function, result or mistake."
