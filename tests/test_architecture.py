@@ -20,6 +20,7 @@ from rigidcli.cli import app, options
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.printing import Kind
 from rigidcli.commands import COMMANDS
+from rigidcli.core import free_body, nutation, precession, principal
 from rigidcli.homework.base import CODES
 from rigidcli.homework.base import AnswerKind as KindOfAnswer
 from rigidcli.homework.kinds import KINDS
@@ -27,7 +28,7 @@ from rigidcli.homework.question import Credited, KindName
 from rigidcli.homework.reports.formats import FORMATS
 from rigidcli.render import TRAITS, Format, renderer
 from rigidcli.render.plots import LIBRARIES
-from rigidcli.studies.common import RESULTS
+from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3116,  # sizes count nodes; conserved quantities have parameters as coefficients
@@ -120,6 +121,23 @@ def test_every_study_has_pictures() -> None:
         assert kinds
         for kind, module in kinds.items():
             assert callable(getattr(importlib.import_module(f"rigidcli.studies.{module}"), kind)), kind
+
+
+def test_every_word_of_a_result_is_told_to_people() -> None:
+    regimes = {word for words in get_args(free_body.Regime) for word in get_args(words)}
+    told = {
+        "class": {
+            *get_args(principal.BodyClass),
+            "",
+        },  # "" is a symmetric body whose order depends on letters
+        "rotor": {*get_args(principal.BodyClass)},
+        "wobbles": {"yes", "no"},
+        "top.sleeping": {*get_args(precession.Stability)},
+        "top.nutation_kind": {*get_args(nutation.NutationKind)},
+        "motion": {*regimes, "driven"},
+    }
+    assert {(key, word) for key, words in told.items() for word in words} == {*WORDS}
+    assert told.keys() <= {entry.key for fields in RESULTS.values() for entry in fields}
 
 
 def test_every_kind_of_answer_is_listed() -> None:
