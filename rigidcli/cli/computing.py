@@ -188,7 +188,8 @@ def _picture_kind(command: str, traits: Traits, asked: Asked) -> str | None:
                 "it chooses a picture, and nothing asks for one", hint="add `--plot picture.png`"
             )
     with bad_parameter("--plot"):
-        require_ending(path)
+        if path != CHARACTERS:
+            require_ending(path)
         if len(asked.files) > 1:
             raise UsageError("it draws one picture, and several FILEs are given", hint="run it for each FILE")
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():

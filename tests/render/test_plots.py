@@ -54,6 +54,12 @@ def test_flat_bodies_whose_faces_meet_in_the_middle_are_drawn(shape: str, tmp_pa
     assert (tmp_path / "body.png").stat().st_size > 10_000
 
 
+@pytest.mark.parametrize("path", ["-", "body", "body.gif"])
+def test_a_picture_is_saved_to_files_of_pictures_only(path: str) -> None:
+    with pytest.raises(rigidcli.RigidError, match="is no picture: expected a file"):
+        rigidcli.axes("body: {shape: disk, radius: 1, mass: 1}").save_picture(path)
+
+
 def test_omega_in_time_is_that_of_the_samples_and_a_fast_spin_has_a_panel_of_its_own() -> None:
     result, panel = drawn("euler", "t_handle")
     for place, mark in enumerate(panel.marks):

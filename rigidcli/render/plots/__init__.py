@@ -17,13 +17,10 @@ LIBRARIES = {"drawing": "matplotlib", "characters": "plotext", "formulas": "late
 
 
 def require_ending(path: str) -> None:
-    """Raise UsageError unless pictures can be written to files such as this path, or it is CHARACTERS."""
-    ending = PurePath(path).suffix.lower().removeprefix(".")
-    if path != CHARACTERS and ending not in ENDINGS:
-        raise UsageError(
-            f"`{path}` is no picture: expected a file .png, .svg or .pdf",
-            hint="`-` draws a chart of characters in the terminal",
-        )
+    """Raise UsageError unless pictures can be written to files such as this path."""
+    if PurePath(path).suffix.lower().removeprefix(".") not in ENDINGS:
+        problem = f"`{path}` is no picture: expected a file .png, .svg or .pdf"
+        raise UsageError(problem, hint="`--plot -` draws a chart of characters in the terminal")
 
 
 def has_library(use: str) -> bool:
