@@ -5,9 +5,9 @@ from __future__ import annotations
 import inspect
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from textwrap import fill
@@ -18,6 +18,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, guess, shown
 from rigidcli.homework import Feedback
+from rigidcli.report import Report
 from rigidcli.result import Result
 from rigidcli.studies.common import RESULTS
 
@@ -62,18 +63,19 @@ def _answer(
     row: Command, source: Source, exact: bool, settings: Settings, options: Mapping[str, Any]
 ) -> Result:
     """The result of a study, which repeats it for pictures and a replay when these are seen."""
-    run = import_module(f"rigidcli.studies.{row.name}").run
+    run: Callable[..., Report] = import_module(f"rigidcli.studies.{row.name}").run
     if unknown := options.keys() - inspect.signature(run).parameters.keys():
         raise TypeError(f"{row.name}() got an unexpected keyword argument {unknown.pop()!r}")
-    try:
+    with _in_python():
         document = _read(source, exact, settings, row.ignored.split())
         report = run(document, **options)
-    except DocumentError as error:
-        raise DocumentError(_placed(error)) from None
-    again = None
-    if document.ensemble is None:
-        again = partial(run, document, **({"scene": True} if row.has_replay else {}))
-    return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
+
+    def again(**seen: Any) -> Report:
+        with _in_python():
+            return run(document, **seen, **({"scene": True} if row.has_replay else {}))
+
+    parts = {part.name: getattr(report, part.name) for part in fields(report)}
+    return Result(**parts, _again=again if document.ensemble is None else None)
 
 
 def validate(document: Source, *, exact: bool = False, settings: Settings = ()) -> list[Problem]:
@@ -83,6 +85,15 @@ def validate(document: Source, *, exact: bool = False, settings: Settings = ()) 
     except DocumentError as error:
         return _placed(error)
     return []
+
+
+@contextmanager
+def _in_python() -> Iterator[None]:
+    """A context in which the problems of a document are told as those of its source in Python."""
+    try:
+        yield
+    except DocumentError as error:
+        raise DocumentError(_placed(error)) from None
 
 
 def _placed(error: DocumentError) -> list[Problem]:
@@ -106,7 +117,7 @@ def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str
 
 def _texts(settings: Settings) -> Sequence[str]:
     if not isinstance(settings, Mapping):
-        return settings
+        return [settings] if isinstance(settings, str) else settings
     return [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]
 
 

@@ -51,8 +51,16 @@ def test_a_mapping_may_hold_arrays_and_exact_numbers() -> None:
     assert found["center_of_mass"][0] == Fraction(1, 20)
 
 
+def test_what_is_found_when_a_result_is_drawn_names_its_source() -> None:
+    body = {"shape": "sphere", "radius": "R", "mass": 1}
+    result = rigidcli.axes({"body": body, "parameters": {"R": None}})
+    with pytest.raises(rigidcli.DocumentError, match=r"^parameters.R: missing: a picture needs its value"):
+        result.save_picture("sphere.png")
+
+
 def test_settings_and_options() -> None:
     assert rigidcli.inertia(TEXT, settings=["body.mass=6"])["mass"] == 6
+    assert rigidcli.inertia(TEXT, settings="body.mass=6")["mass"] == 6
     assert rigidcli.inertia(TEXT, settings={"body.mass": "6 g"})["mass"] == pytest.approx(0.006)
     rod = "parameters: {M: 1, l: 2}\nbody: {shape: rod, mass: M, length: l}"
     assert rigidcli.inertia(rod, settings={"M": 12, "l": 1})["tensor"][0, 0] == pytest.approx(1)

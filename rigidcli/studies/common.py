@@ -79,10 +79,11 @@ def called(name: str | None, source: str) -> str:
 
 def _unsigned(value: Value) -> Value:
     """A float, an array of floats, or the entries of a table or a step, without a signed zero."""
-    if isinstance(value, float):
-        return value + 0.0
-    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+    is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+    if is_array and value.ndim:
         return np.add(value, 0.0, order="C")  # in the order in which it is written
+    if is_array or isinstance(value, float):
+        return float(value) + 0.0
     if isinstance(value, Table):
         columns = tuple(replace(column, values=_unsigned(column.values)) for column in value.columns)
         return replace(value, columns=columns)
