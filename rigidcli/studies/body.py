@@ -29,8 +29,8 @@ USUAL = {"components": 1, "watertight": True, "winding": "outward"}
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def inertia_fields(document: Document) -> tuple[Field, ...]:
-    """The results with which the reports of `inertia` and `axes` begin, all along the axes of the results.
+def inertia_fields(document: Document) -> dict[str, Field]:
+    """The results of `inertia`, with which those of `axes` begin, by key; all along the axes of the results.
 
     The centre of mass and the tensor about it are None where only a tensor about another point is given.
     Raises DocumentError when there is no body, and ComputationError when floats cannot hold the tensor.
@@ -49,13 +49,13 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
         if not n.exact and not (math.isfinite(mass) and np.isfinite(asked).all()):
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
-    fields = tuple(field_of("inertia", key, value) for key, value in values.items())
+    fields = {key: field_of("inertia", key, value) for key, value in values.items()}
     if com is not None and about is not None and (about == com).all():
-        fields[2].words, fields[4].diagnostic = "the centre of mass", True
-    if body.integrated is None:
-        return fields
-    is_small = body.integrated <= 1e-9  # as for every smooth density
-    return (*fields, field_of("inertia", "integration_error", body.integrated, diagnostic=is_small))
+        fields["about"].words, fields["tensor_com"].diagnostic = "the centre of mass", True
+    if (error := body.integrated) is not None:
+        is_small = error <= 1e-9  # as for every smooth density
+        fields["integration_error"] = field_of("inertia", "integration_error", error, diagnostic=is_small)
+    return fields
 
 
 def mesh_fields(document: Document) -> list[Field]:

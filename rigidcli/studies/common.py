@@ -122,11 +122,6 @@ def trusted(study: str, key: str, digits: float) -> Field:
     return field_of(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
 
 
-def value_of(fields: Iterable[Field], key: str) -> Value:
-    """The value of the field with this key."""
-    return next(entry.value for entry in fields if entry.key == key)
-
-
 def if_known(field: Field) -> Field:
     """The field, which people do not see where it has neither a value nor words."""
     if field.value is None and not field.words:

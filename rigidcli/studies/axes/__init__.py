@@ -23,7 +23,7 @@ from rigidcli.studies.body import (
     mesh_fields,
     require_one_start,
 )
-from rigidcli.studies.common import field_of, if_known, report, value_of, worked
+from rigidcli.studies.common import field_of, if_known, report, worked
 from rigidcli.studies.pictures import drawn
 
 
@@ -36,8 +36,8 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     """
     n = document.arithmetic
     require_one_start(document, "axes")
-    inertia_results = inertia_fields(document)
-    tensor = value_of(inertia_results, "tensor")
+    of_inertia = inertia_fields(document)
+    tensor = of_inertia["tensor"].value
     motion, frame, notes = document.motion, None, []
     try:
         frame = body_frame(document)
@@ -48,7 +48,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
             raise
         notes.append(error.message)
-    fields = [*inertia_results, *_frame_fields(frame, tensor, n), *_plane_angle(frame, tensor, n)]
+    fields = [*of_inertia.values(), *_frame_fields(frame, tensor, n), *_plane_angle(frame, tensor, n)]
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
