@@ -82,8 +82,8 @@ def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
     """The entries of a result by their columns in csv, or of a tensor without columns by their axes."""
     value = tidied(entry)
     if not isinstance(value, np.ndarray):
-        is_cell = value is None or isinstance(value, str | bool | int | float) or is_exact(value)
-        yield "", value if is_cell else entry.words
+        is_cell = isinstance(value, str | bool | int | float) or is_exact(value)
+        yield "", value if is_cell else entry.words or None
         return
     is_square = value.shape[0] == value.shape[-1]
     axes = ("xyz123456789", "xyz") if is_square else ("12", "xyz")
