@@ -181,8 +181,8 @@ def _shapes() -> Iterator[Entry]:
         yield Entry(path, _first_sentence(section), facts=facts, row=dimensions)
         for key, schema, needed in _keys_in(section):
             if key in written:
-                words = "" if written[key] == key else f"{written[key]}; "
-                yield Entry((*path, key), words + _summary(schema, needed), "dimensions")
+                form = "" if written[key] == key else f"`{written[key]}`. "
+                yield Entry((*path, key), form + _summary(schema, needed), "dimensions")
         symbols = {key: EXACT.symbol(key, True) for key in (*written, *"xyz")}
         lists = {
             key: tuple(symbols[axis] for axis in "xyz") for key, words in written.items() if words != key
@@ -270,21 +270,32 @@ def _first_sentence(section: Schema) -> str:
 
 
 def _summary(schema: Schema, is_needed: bool) -> str:
-    """A line on a key: the description, the kind of value, the default, and whether it is needed."""
+    """Sentences on a key: the description, the kind of value, the default, and whether it is needed."""
     sections, default = _sections(schema), schema.get("default")
     is_section = all("properties" in leaf for leaf in _leaves(schema))
     is_alone = len(sections) == 1 and is_section
     sentence = str(schema.get("description", "")) or (_first_sentence(sections[0]) if is_alone else "")
     kind = _kind(schema)
     unit = kind[kind.rfind("(") :] if kind.endswith(")") else ""
-    is_said = bool(sentence) and ((unit and unit in sentence) or is_section)
+    is_said = kind in sentence or (bool(sentence) and ((unit and unit in sentence) or is_section))
     has_default = isinstance(default, str | int | float) and str(default) not in ("", "0", "False")
-    usual = f"default {default}" if has_default and "default" not in sentence else ""
-    return "; ".join(filter(None, [sentence, "" if is_said else kind, usual, "needed" if is_needed else ""]))
+    usual = f"by default `{default}`" if has_default and "default" not in sentence else ""
+    words = filter(None, [sentence, "" if is_said else kind, usual, "needed" if is_needed else ""])
+    first, *others = (text[:1].upper() + text[1:] for text in words)
+    return " ".join(f"{text}." for text in (first, *others)) if others else first
 
 
 # The types of JSON in the words of documents.
-_TYPES = {"array": "a list", "boolean": "true or false", "integer": "a whole number", "object": "a mapping"}
+_TYPES = {
+    "array": "a list",
+    "boolean": "true or false",
+    "integer": "a whole number",
+    "integer or string": "a whole number",
+    "number or string": "an expression",
+    "object": "a mapping",
+    "string": "a text",
+    "string or number": "a text",
+}
 
 
 def _kind(schema: Schema) -> str:
@@ -296,16 +307,20 @@ def _kind(schema: Schema) -> str:
         words = dict.fromkeys(map(_entry, choices))
         return (", or " if any("list" in choice for choice in words) else " or ").join(words)
     if "const" in schema or "enum" in schema:
-        return " or ".join(map(str, schema.get("enum", [schema.get("const")])))
+        return " or ".join(f"`{value}`" for value in schema.get("enum", [schema.get("const")]))
     if entries := schema.get("prefixItems"):
-        each = ", then each ".join(dict.fromkeys(map(_entry, entries)))
-        return f"a list of {len(entries)}, each {each}" if "then" not in each else f"a list of {each}"
+        first, *others = dict.fromkeys(map(_entry, entries))
+        each = "".join(f", then {other} each" for other in others)
+        return (
+            f"a list of {len(entries)}: {first}{each}"
+            if others
+            else f"a list of {len(entries)}, each {first}"
+        )
     if schema.get("type") == "array" and "items" in schema:
-        return f"a list, each {_entry(schema['items'])}"
+        return f"a list of entries, each {_entry(schema['items'])}"
     types = schema.get("type", [])
-    names = [types] if isinstance(types, str) else types
-    words = dict.fromkeys(_TYPES.get(name, f"a {name}".replace("string", "text")) for name in names)
-    return " or ".join(words) or "anything"
+    name = types if isinstance(types, str) else " or ".join(types)
+    return _TYPES.get(name, f"a {name}" if name else "anything")
 
 
 def _entry(schema: Schema) -> str:
