@@ -307,7 +307,8 @@ def _kind(schema: Schema) -> str:
         words = dict.fromkeys(map(_entry, choices))
         return (", or " if any("list" in choice for choice in words) else " or ").join(words)
     if "const" in schema or "enum" in schema:
-        return " or ".join(f"`{value}`" for value in schema.get("enum", [schema.get("const")]))
+        *values, last = (f"`{value}`" for value in schema.get("enum", [schema.get("const")]))
+        return f"{', '.join(values)} or {last}" if values else last
     if entries := schema.get("prefixItems"):
         first, *others = dict.fromkeys(map(_entry, entries))
         each = "".join(f", then {other} each" for other in others)
@@ -320,7 +321,7 @@ def _kind(schema: Schema) -> str:
         return f"a list of entries, each {_entry(schema['items'])}"
     types = schema.get("type", [])
     name = types if isinstance(types, str) else " or ".join(types)
-    return _TYPES.get(name, f"a {name}" if name else "anything")
+    return _TYPES.get(name, f"a {name}" if name else "")
 
 
 def _entry(schema: Schema) -> str:
