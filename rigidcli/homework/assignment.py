@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.document.draft import Draft, of_text, put
+from rigidcli.document.draft import Draft, put
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
@@ -23,9 +23,10 @@ from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
 from rigidcli.homework.base import AnswerKind, Judgement, KeySource, Progress, Tell, Unreadable, sentence
-from rigidcli.homework.hand_ins import HandIns, unnamed
+from rigidcli.homework.hand_ins import HandIns
 from rigidcli.homework.judge import Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
+from rigidcli.homework.names import noted
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.spreadsheets import Overrides
@@ -96,12 +97,13 @@ class Prepared:
         judgements = overrides.applied(judgements, tell) if overrides else judgements
 
         def told() -> Iterator[Judgement]:
-            seen = list[Judgement]()
+            named = set[str]()
             for judgement in judgements:
                 tell(judgement.source, judgement.notes)
-                seen.append(replace(judgement, questions=()))
+                named.update(judgement.beside)
                 yield judgement
-            tell(self.source, unnamed(handed_in.others, seen))
+            others = [each.short for each in handed_in.others if each.source not in named]
+            tell(self.source, noted("no answer files, and left out", others))
 
         return told()
 
@@ -116,29 +118,22 @@ class Prepared:
 
     def trials(self) -> Iterator[dict[str, Item]]:
         """The questions for a test of keys: as they are, or with three variants those that have any."""
-        sheets = self._at(self.variants.trials(), lambda share: None) if self.variants else [self.items]
+        sheets = self._at(self.variants.trials()) if self.variants else [self.items]
         for number, items in enumerate(sheets):
             yield {id: item for id, item in items.items() if not number or item.values}
 
-    def _at(self, every: Sequence[Values], progress: Progress) -> list[dict[str, Item]]:
-        """The questions for each of these values; keys are worked out once for equal values of a document."""
+    def _at(self, every: Sequence[Values], progress: Progress = lambda share: None) -> list[dict[str, Item]]:
+        """The questions for each of these values."""
         sheets: list[dict[str, Item]] = [{} for _ in every]
         problems = dict[Problem, None]()
-        ordered = sorted(self.questions.items(), key=lambda entry: entry[1].document or "")
-        for done, (id, question) in enumerate(ordered):
-            progress(done / len(ordered))
-            if question.document != ordered[done - 1][1].document:
-                self.library.reports.clear()  # nothing else asks the document before this one
-            keyed: dict[str, tuple[Item, Report | None]] = {"": (self.items[id], None)}
+        for done, (id, question) in enumerate(self.questions.items()):
+            progress(done / len(self.questions))
             for values, sheet in zip(every, sheets, strict=True):
-                own = self.library.own(question.document, values)
                 try:
-                    if words(own) not in keyed:
-                        keyed[words(own)] = self.library.keyed(id, question, own)
+                    item, report, own = self.library.keyed(id, question, values)
                 except DocumentError as error:
                     problems |= dict.fromkeys(error.problems)
                     continue
-                item, report = keyed[words(own)]
                 told = named_in(question.title, values) | own.keys()
                 mine = {name: value for name, value in values.items() if name in told}
                 # An answer in letters needs no values: who has them may put them in.
@@ -149,7 +144,7 @@ class Prepared:
                     self.solutions[id, words(mine)] = report
         if problems:
             raise DocumentError(list(problems))
-        return [{id: sheet[id] for id in self.questions} for sheet in sheets]
+        return sheets
 
 
 def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) -> Prepared:
@@ -159,7 +154,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     """
     source = safe_name(path)
     text = read_text(path, source) if text is None else text
-    tree, places = _tree(text, source), of_text(text, source)
+    tree, places = _tree(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
     solutions: dict[tuple[str, str], Report] = {}
     title, variants = "", None
@@ -175,7 +170,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     library = Library(folder, studies, places, {} if variants is None else variants.trials()[0])
     for id, question in questions.items():
         try:
-            items[id], report = library.keyed(id, question, library.first)
+            items[id], report, _ = library.keyed(id, question, library.first)
         except DocumentError as error:
             problems += [each for each in error.problems if each not in problems]
             continue
@@ -193,9 +188,10 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     return Prepared(title, source, questions, items, library, tuple(notes), tuple(files), solutions, variants)
 
 
-def _tree(text: str, source: str) -> dict[str, Any]:
-    """The assignment as it is written; answers in it are texts, as they are in answer files."""
-    tree, typed = read_tree(text, source), read_tree(text, source, typed=True)
+def _tree(text: str, source: str) -> tuple[dict[str, Any], Draft]:
+    """The assignment as it is written, in which answers are texts as in answer files, and its lines."""
+    lines: dict[Keys, int] = {}
+    tree, typed = read_tree(text, source, lines=lines), read_tree(text, source, typed=True)
     if not isinstance(tree, dict):
         read = "an empty file" if tree is None else shown(tree)
         hint = "`rigidcli new assignment` prints one to start from"
@@ -204,17 +200,19 @@ def _tree(text: str, source: str) -> dict[str, Any]:
     tree |= {key: typed[key] for key in ("seed", "variants") if key in tree}
     questions = tree.get("questions")
     for id, question in questions.items() if isinstance(questions, dict) else ():
-        _keep_typed(question, typed["questions"][id])
+        questions[id] = _answers_as_typed(question, typed["questions"][id])
+    return tree, Draft(source, tree, text, lines)
+
+
+def _answers_as_typed(tree: Any, typed: Any) -> Any:
+    if isinstance(tree, dict):
+        return {
+            key: typed[key] if key == "answer" else _answers_as_typed(value, typed[key])
+            for key, value in tree.items()
+        }
+    if isinstance(tree, list):
+        return list(map(_answers_as_typed, tree, typed))
     return tree
-
-
-def _keep_typed(tree: Any, typed: Any) -> None:
-    """Put each `answer` in a question as it is typed."""
-    for key in tree if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, list) else ():
-        if key == "answer":
-            tree[key] = typed[key]
-        else:
-            _keep_typed(tree[key], typed[key])
 
 
 def _sound(questions: object) -> dict[str, Question]:
@@ -344,18 +342,22 @@ class Library:
     first: Values = field(default_factory=dict)
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str, str], tuple[Document, Report]] = field(default_factory=dict)
+    keys: dict[tuple[str, str], tuple[Item, Report | None, Values]] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)
 
-    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, Report | None]:
-        """A question with its key for these values of variants, and the report that the key is from.
+    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, Report | None, Values]:
+        """A question with its key, the report that the key is from, and those of the values it depends on.
 
-        Raises DocumentError with what is wrong, and where in the assignment.
+        A key is worked out once for equal values. Raises DocumentError with what is wrong, and where in the
+        assignment.
         """
         own: Values = {}
         try:
             own = self.own(question.document, values)
-            kind, source = self._source(id, question, own)
-            return _item(kind, source, self.folder), source.report
+            if (id, words(own)) not in self.keys:
+                kind, source = self._source(id, question, own)
+                self.keys[id, words(own)] = _item(kind, source, self.folder), source.report, own
+            return self.keys[id, words(own)]
         except DocumentError as error:
             if own:  # it is right as it stands in its file
                 raise DocumentError([self.refusal(str(question.document), own, error)]) from None

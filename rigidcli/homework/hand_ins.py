@@ -17,7 +17,7 @@ import orjson
 from rigidcli.errors import printable
 from rigidcli.fields.texts import ending
 from rigidcli.homework.answers import folded, read_answers
-from rigidcli.homework.base import MISSING, Judgement, Outcome, Unreadable
+from rigidcli.homework.base import MISSING, Outcome, Unreadable
 from rigidcli.homework.files import Batch, HandedFile, first_bytes, names_file, read_file
 from rigidcli.homework.names import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
 from rigidcli.homework.roster import Roster
@@ -129,12 +129,6 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
             student = students.setdefault(folded(name), _Student(name, meant))
             student.files[place] = owner
     return [*students.values()]
-
-
-def unnamed(others: Sequence[HandedFile], judgements: Iterable[Judgement]) -> list[str]:
-    """A note on files beside the answers that no answer names."""
-    named = {path for judgement in judgements for path in judgement.beside}
-    return noted("no answer files, and left out", [each.short for each in others if each.source not in named])
 
 
 # --- whose a file is
