@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
 from itertools import combinations
 from statistics import correlation, fmean
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import orjson
 
@@ -28,32 +27,23 @@ from rigidcli.homework.variants import words
 from rigidcli.language.tokens import UNSIGNED
 from rigidcli.render.terminal import TextRow
 
-MOST_SHOWN = 10
-"""Wrong answers of a question that people are shown."""
-
+MOST_SHOWN = 10  # wrong answers of a question that people are shown
+# Codes that name no mistake.
 UNNAMED = {
     "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
     "wrong_initial_condition",
 }  # fmt: skip
-"""Codes that name no mistake."""
-
-TABLES = ("{file:", "{csv:")
-"""How the answer begins that is a trajectory."""
-
+# How a trajectory begins. Only the name of its file is known here, or its first rows, and so two that look
+# alike may differ.
+TRAJECTORY = ("{file:", "{csv:")
 _NUMBER = re.compile(rf"(?<![A-Za-z_0-9.]){UNSIGNED}(?![A-Za-z_0-9.])")
-
+# A wrong answer is rare if at most three students gave it, or at most one in forty of a large class.
 RARE, SHARE_OF_RARE = 3, 40
-"""A wrong answer is rare if at most three students gave it, or at most one in forty of a large class."""
-
-MANY_SHARED = 3
-"""Questions with the same rare wrong answer from which on students are named."""
-
-LEAST_CLASS = 3
-"""Students for a correlation: of two it is always 1 or -1."""
+MANY_SHARED = 3  # questions with the same rare wrong answer from which on students are named
+LEAST_CLASS = 3  # students for a correlation: of two it is always 1 or -1
 
 
-@dataclass(frozen=True, slots=True)
-class Taken:
+class Taken(NamedTuple):
     """An answer that is not right, how many students gave it, and whether it casts doubt on the key.
 
     `values` are those of the variant of the students who gave it, in words.
@@ -67,8 +57,7 @@ class Taken:
     values: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Tally:
+class Tally(NamedTuple):
     """The answers to one question: how many have each verdict, and those that are not right.
 
     These begin with what waits for a person; the most frequent ones come first. `right` is the share of right
@@ -83,8 +72,7 @@ class Tally:
     correlation: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Alike:
+class Alike(NamedTuple):
     """Students who have given the same rare wrong answers to several questions."""
 
     students: tuple[str, ...]
@@ -114,8 +102,7 @@ def _tally(id: str, students: Sequence[Judgement]) -> Tally:
     ranked = sorted(taken.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = list[Taken]()
     for (answer, verdict, codes, values), count in ranked:
-        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
-        doubted = count >= least and set(codes) <= UNNAMED and not answer.startswith(TABLES)
+        doubted = count >= least and set(codes) <= UNNAMED and not answer.startswith(TRAJECTORY)
         answers.append(Taken(printable(answer), count, verdict, codes, doubted, printable(values)))
     doubted = any(answer.suspicious for answer in answers)
     return Tally(printable(id), counts, doubted, tuple(answers), *_analysis(given))
@@ -154,23 +141,21 @@ def alike(judgements: Iterable[Judgement]) -> tuple[Alike, ...]:
     Values of variants do not matter: a wrong answer that belongs to the values of another says even more.
     """
     students = [*judgements]
-    gave: dict[tuple[str, str], set[int]] = {}
+    gave = defaultdict[tuple[str, str], set[int]](set)
     for number, student in enumerate(students):
         for question in student.questions:
-            # Of a trajectory only the name of a file is known here, or the first rows.
             is_wrong = question.verdict in ("partial", "incorrect", "invalid") and bool(question.answer)
-            if is_wrong and not question.answer.startswith(TABLES):
-                gave.setdefault((question.id, _same(question.answer)), set()).add(number)
+            if is_wrong and not question.answer.startswith(TRAJECTORY):
+                gave[question.id, _same(question.answer)].add(number)
     most = max(RARE, len(students) // SHARE_OF_RARE)
-    rare = {answer: who for answer, who in gave.items() if 2 <= len(who) <= most}
-    shared: dict[tuple[int, int], list[tuple[str, str]]] = {}
-    for answer, who in rare.items():
-        for pair in combinations(sorted(who), 2):
-            shared.setdefault(pair, []).append(answer)
+    shared = defaultdict[tuple[int, int], list[tuple[str, str]]](list)
+    for answer, who in gave.items():
+        for pair in combinations(sorted(who), 2) if len(who) <= most else ():
+            shared[pair].append(answer)
     found: dict[tuple[int, ...], tuple[str, ...]] = {}
     for answers in shared.values():
         if len(answers) >= MANY_SHARED:
-            who = set.intersection(*(rare[answer] for answer in answers))
+            who = set.intersection(*(gave[answer] for answer in answers))
             found.setdefault(tuple(sorted(who)), tuple(printable(id) for id, _ in answers))
     return tuple(
         Alike(tuple(printable(students[number].student) for number in who), questions)
@@ -189,7 +174,6 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
         said = [formats.counted(tally.verdicts)]
         said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
         said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
-        yield block((), [TextRow(((tally.question, "bold"),), "; ".join(said))], style)
         widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
         rows = []
         for taken in tally.answers[:MOST_SHOWN]:
@@ -198,7 +182,7 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
             lines = filter(None, [answer, ", ".join(filter(None, notes))])
             heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
             rows.append(TextRow(heads, "\n".join(lines)))
-        yield block((), rows, style)
+        yield block(((tally.question, "bold"), (f"  {'; '.join(said)}", "")), rows, style)
         if len(tally.answers) > MOST_SHOWN:
             yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
     if doubted := ", ".join(tally.question for tally in tallies if tally.suspicious):
@@ -214,28 +198,27 @@ def json(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = 
     """One compact object a question, one a line, and one for students who are alike."""
     names = _columns(tallies)
     for tally in tallies:
-        answers = [{name: getattr(each, name) for name in names} for each in tally.answers]
         entry = {"schema": "rigidcli.items/1", "question": tally.question} | tally.verdicts
+        answers = [dict(zip(names, answer, strict=False)) for answer in tally.answers]
         analysis = {"right": tally.right, "correlation": tally.correlation}
         yield json_line(entry | {"suspicious": tally.suspicious, "answers": answers} | analysis)
     for each in pairs:
-        yield json_line({"schema": "rigidcli.alike/1"} | asdict(each))
+        yield json_line({"schema": "rigidcli.alike/1"} | each._asdict())
 
 
-def _columns(tallies: Sequence[Tally]) -> list[str]:
-    """What is said of an answer: `values` only where there are variants."""
+def _columns(tallies: Sequence[Tally]) -> Sequence[str]:
+    """What is said of an answer: `values`, which come last, only where there are variants."""
     has_values = any(taken.values for tally in tallies for taken in tally.answers)
-    return [field.name for field in fields(Taken) if has_values or field.name != "values"]
+    return Taken._fields if has_values else Taken._fields[:-1]
 
 
 def csv(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """A row for each answer that is not right, with the counts of its question; one where there is none."""
     names = _columns(tallies)
     rows = (
-        (tally.question, *tally.verdicts.values(), *answer, tally.right, tally.correlation)
+        (tally.question, *tally.verdicts.values(), *answer[: len(names)], tally.right, tally.correlation)
         for tally in tallies
-        for answer in [[getattr(each, name) for name in names] for each in tally.answers]
-        or [[None] * len(names)]
+        for answer in tally.answers or [(None,) * len(names)]
     )
     return formats.csv_rows(["question", *VERDICTS, *names, "right", "correlation"], rows, style)
 
@@ -251,8 +234,8 @@ def render(format: str, judgements: Iterable[Judgement], style: ReportStyle) -> 
 
 # --- two runs
 
+# Marks in words, such as `partial 1/2`, by student and question.
 Run: TypeAlias = dict[tuple[str, str], str]
-"""Marks in words, such as `partial 1/2`, by student and question."""
 
 
 def run_of(path: str | os.PathLike[str]) -> Run:
@@ -264,8 +247,8 @@ def run_of(path: str | os.PathLike[str]) -> Run:
             if entry["schema"] != "rigidcli.check/1":
                 raise ValueError
             for each in entry["questions"]:
-                question = Judged(each["id"], "", "", "", each["verdict"], each["score"], each["max_score"])
-                run |= _marks([Judgement(entry["student"], "", (question,))])
+                mark = _mark(each["verdict"], each["score"], each["max_score"])
+                run[printable(entry["student"]), printable(each["id"])] = mark
         except (TypeError, KeyError, ValueError, AttributeError):
             hint = "an old run is what `rigidcli check -f json` has printed"
             message = "not an object of `rigidcli.check/1`"
@@ -273,14 +256,8 @@ def run_of(path: str | os.PathLike[str]) -> Run:
     return run
 
 
-def _marks(judgements: Iterable[Judgement]) -> Run:
-    return {
-        (printable(each.student), printable(question.id)): printable(
-            f"{question.verdict} {formats.score(question)}"
-        )
-        for each in judgements
-        for question in each.questions
-    }
+def _mark(verdict: str, score: float, most: float) -> str:
+    return printable(f"{verdict} {formats.points(score)}/{formats.points(most)}")
 
 
 def changes(old: Run, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
@@ -288,7 +265,11 @@ def changes(old: Run, judgements: Iterable[Judgement], style: ReportStyle) -> It
 
     Students of the new run come before those who are gone.
     """
-    new = _marks(judgements)
+    new = {
+        (printable(each.student), printable(own.id)): _mark(own.verdict, own.score, own.max_score)
+        for each in judgements
+        for own in each.questions
+    }
     changed = [place for place in new | old if old.get(place) != new.get(place)]
     waiting = [place for place in changed if new.get(place, "").startswith("review")]
     rows = [
