@@ -35,8 +35,7 @@ class Limits(NamedTuple):
 
 LIMITS = Limits()
 
-MOST_FILES = 65_536
-"""Where the system sets no bound to how many files a process may have open."""
+MOST_FILES = 65_536  # more than a process has open
 
 
 def usable_cores() -> int:
@@ -50,6 +49,7 @@ class ForbiddenError(PermissionError):
     """Something that is not computing was tried."""
 
 
+# Beginnings of what Python announces before it starts, changes or reaches something outside the process.
 _FORBIDDEN = (
     "ctypes.", "fcntl.", "ftplib.", "http.", "mmap.", "os.chdir", "os.chflags", "os.chmod", "os.chown",
     "os.exec", "os.fork", "os.kill", "os.link", "os.lockf", "os.mkdir", "os.posix_spawn", "os.remove",
@@ -57,7 +57,6 @@ _FORBIDDEN = (
     "os.truncate", "os.utime", "pty.", "resource.", "shutil.", "signal.", "smtplib.", "socket.", "sqlite3.",
     "subprocess.", "syslog.", "tempfile.", "urllib.", "webbrowser.", "winreg.",
 )  # fmt: skip
-"""Beginnings of what Python announces before it starts, changes or reaches something outside the process."""
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_TRUNC
 
@@ -109,20 +108,13 @@ def stop_clock() -> None:
 
 def _close_all_but(keep: Sequence[int]) -> None:
     # Closed before anything is opened: whoever started this process may have used all that there are.
-    for last, following in pairwise([2, *keep, _most_files()]):
+    for last, following in pairwise([2, *keep, MOST_FILES]):
         os.closerange(max(last, 2) + 1, following)
     nothing = os.open(os.devnull, os.O_RDWR)
     for standard in {0, 1, 2} - {*keep}:
         os.dup2(nothing, standard)
     if nothing > 2:
         os.close(nothing)
-
-
-def _most_files() -> int:
-    """One more than the largest number of an open file that is thinkable."""
-    if sys.platform == "win32":
-        return 2048
-    return min(MOST_FILES, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
 
 
 def _bind(limits: Limits) -> None:

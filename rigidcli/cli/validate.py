@@ -14,11 +14,11 @@ from rigidcli.cli.options import Exact, Files, Quiet, Settings, listed
 from rigidcli.cli.output import Failures, Output, complain, tell_notes
 from rigidcli.errors import DocumentError, Problem, printable, shortened
 
+# A key at the top of an assignment or an answer file, which no document has.
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)
-"""A key at the top of an assignment or an answer file, which no document has."""
 
+# The beginning of an answer file whose first key is the name of a question, such as 10.35a.
 NUMBERED = re.compile(r"(\s*(#.*|---)?\n)*[ {\"']*\d")
-"""The beginning of an answer file whose first key is the name of a question, such as 10.35a."""
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
