@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.document.draft import Draft, put
+from rigidcli.document.draft import Draft
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
@@ -30,7 +30,7 @@ from rigidcli.homework.names import noted
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.spreadsheets import Overrides
-from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, raw_value, words
+from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
 
 if TYPE_CHECKING:
     from rigidcli.document.document import Document
@@ -174,7 +174,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
         except DocumentError as error:
             problems += [each for each in error.problems if each not in problems]
             continue
-        said = [*_idle(question, items[id].kind), *_braces(question, library)]
+        said = _remarks(question, items[id].kind, library)
         notes += [library.placed(("questions", id, *keys), f"note: {what}") for keys, what in said]
         if report is not None:
             solutions[id, ""] = report
@@ -198,9 +198,9 @@ def _tree(text: str, source: str) -> tuple[dict[str, Any], Draft]:
         message = f"read {read}, expected an assignment: a mapping"
         raise DocumentError([Problem(source, message, 1, hint=hint)])
     tree |= {key: typed[key] for key in ("seed", "variants") if key in tree}
-    questions = tree.get("questions")
-    for id, question in questions.items() if isinstance(questions, dict) else ():
-        questions[id] = _answers_as_typed(question, typed["questions"][id])
+    if isinstance(questions := tree.get("questions"), dict):
+        own = typed["questions"]
+        tree["questions"] = {id: _answers_as_typed(each, own[id]) for id, each in questions.items()}
     return tree, Draft(source, tree, text, lines)
 
 
@@ -224,20 +224,13 @@ def _sound(questions: object) -> dict[str, Question]:
     return sound
 
 
-def _idle(question: Question, kind: AnswerKind) -> Iterator[tuple[Keys, str]]:
+def _remarks(question: Question, kind: AnswerKind, library: Library) -> Iterator[tuple[Keys, str]]:
     """What in a question does nothing, or may be meant otherwise, with its place."""
     for option in sorted(question.model_fields_set - EVERYWHERE - kind.options):
         yield (option,), f"this means nothing to the kind `{kind.name}`"
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
-
-
-# --- variants
-
-
-def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
-    """Names in braces in a title that are no variants, or do not change the key, with its place."""
     variants, own = library.first, library.own(question.document, library.first)
     for name in sorted(named_in(question.title, variants) - own.keys()):
         yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
@@ -245,6 +238,9 @@ def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
         if name not in variants:
             stays = f"and so `{{{name}}}` stays as it is"
             yield ("title",), f"there is no variant `{name}`{guess(name, variants)}, {stays}"
+
+
+# --- variants
 
 
 def _unfit(variants: Variants, questions: Mapping[str, Question], library: Library) -> Iterator[Problem]:
@@ -400,19 +396,18 @@ class Library:
             self.documents[name] = load(self.folder / name)
         if not values:
             return self.documents[name]
-        draft, spelling = self.documents[name].draft, self.parameters(name)
-        tree, changed = draft.tree, dict(draft.changed)
-        for parameter, value in values.items():
-            path = ("parameters", spelling[_plain(parameter)])
-            tree, changed[path] = put(tree, path, raw_value(value))[0], "variants"
-        return read(replace(draft, tree=tree, settings=(), changed=changed))
+        spelling = self.parameters(name)
+        settings = [f"parameters.{spelling[_plain(key)]}={value}" for key, value in values.items()]
+        return read(self.documents[name].draft.changed_by(settings, "variants"))
 
-    def _with_result(self, document: str | None, key: str, values: Values) -> str | None:
-        """The way to the first result of a document that has this key."""
-        for study, report_on in self.studies.items():
+    def _with_result(self, document: str | None, word: str, values: Values) -> str | None:
+        """The way to the first result of a document that has this key or symbol."""
+        for study, report_on in self.studies.items() if document else ():
             with suppress(RigidError):
-                if document and key in report_on(self.document(document, values)).tree:
-                    return f"{study}.{key}"
+                report = report_on(self.document(str(document), values))
+                keys = {each.symbol: each.key for each in report.fields} | {key: key for key in report.tree}
+                if word in keys:
+                    return f"{study}.{keys[word]}"
         return None
 
     def _source(self, id: str, question: Question, values: Values) -> tuple[AnswerKind, KeySource]:
@@ -424,8 +419,10 @@ class Library:
             return KINDS[str(question.kind)], KeySource(id, question, question.answer)
         study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
-            near = did_you_mean(self._with_result(question.document, study, values))
-            message = f"there is no command {shown(study)}{near or guess(study, self.studies)}"
+            near = did_you_mean(self._with_result(question.document, study, values)) or guess(
+                study, self.studies
+            )
+            message = f"there is no command {shown(study)}{near}"
             raise ValueProblem(message, path=("ask",), hint=f"there are {', '.join(self.studies)}")
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
@@ -434,8 +431,7 @@ class Library:
             document = self.document(question.document, values)
             self.reports[same] = document, self.studies[study](document)
         document, report = self.reports[same]
-        symbols = {field.symbol: f"{study}.{field.key}" for field in report.fields}
-        value = _value_at(study, report.tree, way, symbols)
+        value = _value_at(study, report, way)
         names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
         unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
         name = question.kind or kind_of(path, value, unit)
@@ -452,11 +448,10 @@ class Library:
 _plain = partial(read_name, has_time=False)
 
 
-def _value_at(ask: str, tree: Any, way: Sequence[str], symbols: Mapping[str, str]) -> Any:
-    """The value at the end of a way in a tree of results. Raises ValueProblem, which lists the ways.
-
-    `symbols` has the ways to results by their symbols, such as H.
-    """
+def _value_at(study: str, report: Report, way: Sequence[str]) -> Any:
+    """The value at the end of a way in the results of a study. Raises ValueProblem, which lists the ways."""
+    ask, tree = study, report.tree
+    symbols = {each.symbol: f"{study}.{each.key}" for each in report.fields if each.symbol}  # such as H
     for step in way:
         if isinstance(tree, Mapping) and step in tree:
             tree = tree[step]

@@ -20,8 +20,7 @@ from hashlib import sha256
 from typing import Any, TypeAlias
 
 from rigidcli.document.parameters import read_names
-from rigidcli.document.yaml_reader import read_value
-from rigidcli.errors import DocumentError, ValueProblem, at, gathered, shown
+from rigidcli.errors import ValueProblem, at, gathered, shown
 from rigidcli.fields.section import refuse
 from rigidcli.fields.units import Unit, parse_unit, split_quantity
 
@@ -118,15 +117,6 @@ def in_braces(text: str) -> list[str]:
 
 
 # --- reading
-
-
-def raw_value(text: str) -> Any:
-    """A value as the document would have read it: a number, or else the text."""
-    with suppress(DocumentError):
-        value = read_value(text, "")
-        if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
-            return value
-    return text
 
 
 def read_variants(raw: object, info: object = None) -> dict[str, tuple[str, ...]]:
