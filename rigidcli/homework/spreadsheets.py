@@ -34,12 +34,16 @@ def read_own(path: str | os.PathLike[str]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Spreadsheet:
-    """A table of csv with its `text`, and what separates the cells of its `rows`; `source` is its name."""
+    """A table of csv with its `text`, and what separates the cells of its `rows`; `source` is its name.
+
+    `lines` tells on which line of the text each row begins.
+    """
 
     source: str
     text: str
     separator: str
     rows: list[list[str]]
+    lines: list[int]
 
     def with_rows(self, rows: Sequence[Sequence[str]]) -> str:
         """The text of these rows, whose lines end like those of this table."""
@@ -59,17 +63,19 @@ def spreadsheet_of(text: str, source: str = "") -> Spreadsheet:
     """A text as a table of csv, whatever separates the cells. Raises DocumentError."""
     body = text.removeprefix("\ufeff")
     separator = max(",;\t", key=lambda mark: _fit(body, mark))
-    rows, line = list[list[str]](), 1
+    rows, lines = list[list[str]](), [1]
     reader = csv.reader(io.StringIO(body, newline=""), delimiter=separator)
     try:
         for row in reader:
             rows.append(row)
-            if row and row[-1].endswith(("\n", "\r")) and not body.rstrip().endswith('"'):
-                raise csv.Error("a quotation mark is opened, and not closed")
-            line = reader.line_num + 1
+            lines.append(reader.line_num + 1)
+        if rows and "".join(rows[-1][-1:]).endswith(("\n", "\r")) and not body.rstrip().endswith('"'):
+            lines.pop()
+            raise csv.Error("a quotation mark is opened, and not closed")
     except csv.Error as error:
-        raise DocumentError([Problem(source, f"cannot be read as a table: {error}", line)]) from None
-    return Spreadsheet(source, text, separator, rows)
+        message = f"cannot be read as a table: {error}"
+        raise DocumentError([Problem(source, message, lines[-1])]) from None
+    return Spreadsheet(source, text, separator, rows, lines)
 
 
 def _fit(text: str, separator: str) -> tuple[int, int]:

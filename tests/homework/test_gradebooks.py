@@ -235,6 +235,12 @@ def test_a_table_that_is_broken_is_refused_with_its_line(text: str) -> None:
         spreadsheet_of(text, "x.csv")
 
 
+def test_a_cell_may_have_several_lines_and_end_with_one() -> None:
+    table = spreadsheet_of('name,reason\nDoe,"on\npaper\n"\nRoe,late\n')
+    assert table.rows == [["name", "reason"], ["Doe", "on\npaper\n"], ["Roe", "late"]]
+    assert table.lines[:3] == [1, 2, 5]
+
+
 WORKSHEET = """\
 ID,Vollständiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann geändert werden
 Teilnehmer/in5001,Max Roe,m1@x.de,Abgegeben,,"9,00",Ja
