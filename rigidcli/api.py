@@ -156,9 +156,9 @@ def check(
     from rigidcli.homework.assignment import prepare
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
+    from rigidcli.homework.overrides import read_overrides
     from rigidcli.homework.reports.formats import ReportStyle, render
     from rigidcli.homework.roster import read_roster
-    from rigidcli.homework.spreadsheets import read_overrides
 
     levels = list(Feedback)
     if feedback not in levels:
@@ -169,8 +169,7 @@ def check(
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
     notes = [*map(str, prepared.notes)]
     people = None if roster is None else read_roster(roster)
-    called = None if people is None else people.called
-    scores = None if overrides is None else read_overrides(overrides, prepared.worth, called)
+    scores = None if overrides is None else read_overrides(overrides, prepared.items, people)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         batch = gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
         if batch.problems:

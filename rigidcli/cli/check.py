@@ -2,8 +2,7 @@
 
 # Annotations here are objects, not texts: typer reads them.
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from enum import StrEnum
 from functools import partial
 from importlib import import_module
@@ -29,14 +28,12 @@ if TYPE_CHECKING:
 
     View: TypeAlias = Callable[[Iterator[Judgement], ReportStyle], Iterator[str]]
 
-NOT_CORRECT = 1
-"""The exit code if any answer is judged not to be correct."""
-
+NOT_CORRECT = 1  # the exit code if any answer is judged not to be correct
 
 CheckFormat = StrEnum("CheckFormat", "table json csv junit gradescope html")
-"""The output formats of judgements."""
 
-
+# The formats of each option that prints something else than judgements. Gradebooks and wide rows are csv in
+# both of their formats; sheets are pages in html, unless csv is asked for.
 FORMATS_OF_VIEWS = {
     "--items": ("table", "json", "csv"),
     "--regrade": ("table",),
@@ -46,10 +43,6 @@ FORMATS_OF_VIEWS = {
     "--selftest": ("table",),
     "--sheets": ("table", "html", "csv"),
 }
-"""The formats of each option that prints something else than judgements.
-
-Gradebooks and wide rows are csv in both of their formats; sheets are pages in html, unless csv is asked for.
-"""
 
 
 def studies(steps: bool = False) -> "dict[str, Study]":
@@ -128,8 +121,7 @@ HELP = """Judge answer files (homework).
 Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
 """
 
-check = command("check", HELP, Request, run)
-"""The command of typer."""
+check = command("check", HELP, Request, run)  # the command of typer
 
 
 def require_consistent(asked: Request) -> None:
@@ -161,12 +153,11 @@ def _target(asked: Request) -> Output:
     if asked.format is not CheckFormat.html or path is None or path == "-":
         return Output(path)
     place = Path(path)
-    named = path.endswith((os.sep, os.altsep or os.sep))
-    if not (named or place.exists() or place.suffix):
+    if not is_folder(path):
+        if place.exists() or place.suffix:
+            return Output(path)
         hint = f"`-o {path}/` writes a page for each student, too, `-o {path}.html` the class on one page"
         raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
-    if not (named or place.is_dir()):
-        return Output(path)
     if asked.feedback is Feedback.none and not asked.sheets:
         hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
         raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
@@ -209,11 +200,11 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
         hint = "`rigidcli new assignment` shows how parameters get other values for each student"
         raise UsageError("there are no `variants` in it, and so all sheets would be the same", hint=hint)
     people = read_roster(str(asked.roster))
+    names = people.students
     with progress() as show:
-        questions = prepared.own(people.students, show)
-    values = {label: prepared.variants.of(name) for label, name in people.students.items()}
+        questions = prepared.own(names, show)
     sheets = [
-        pages.Sheet(label, values[label], questions[label], people.rows[number])
+        pages.Sheet(label, prepared.variants.of(names[label]), questions[label], people.rows[number])
         for number, label in people.labels.items()
     ]
     if not isinstance(target, Folder):
@@ -228,61 +219,51 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
 # --- with answers
 
 
-class Remarks:
-    """Notes on files and students: printed, unless the user wants none, and `kept` for a page."""
-
-    def __init__(self, quiet: bool) -> None:
-        self.kept: list[str] = []
-        self._quiet = quiet
-
-    def tell(self, source: str, notes: Sequence[str]) -> None:
-        """Take notes on a source."""
-        tell_notes(source, notes, self._quiet)
-        self.kept += [f"{source}: {note}" for note in notes]
-
-
 def judge(asked: Request, target: Output, failures: Failures) -> None:
     """Write the judgements of what is handed in, in the view that the user asks for."""
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
+    from rigidcli.homework.overrides import read_overrides
+    from rigidcli.homework.reports import gradebooks
     from rigidcli.homework.reports.formats import ReportStyle
     from rigidcli.homework.roster import read_roster
-    from rigidcli.homework.spreadsheets import read_overrides
 
-    prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
+    prepared, remarks = prepared_for(asked, target), dict[str, None]()
+    answers: Sequence[str] = asked.answers or ()
+
+    def tell(source: str, notes: Sequence[str]) -> None:
+        new = [note for note in notes if f"{source}: {note}" not in remarks]
+        tell_notes(source, new, asked.quiet)
+        remarks.update(dict.fromkeys(f"{source}: {note}" for note in new))
+
     book = read_gradebook(asked, prepared) if asked.gradebook else None
     # A gradebook is a list of students, too.
     roster = read_roster(asked.roster) if asked.roster else book.people if book else None
-    called = None if roster is None else roster.called
-    overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, called)
+    overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.items, roster)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
-        batch = gather(asked.answers or (), asked.assignment, Path(scratch))
+        batch = gather(answers, asked.assignment, Path(scratch))
         target.protect(*(place.file for place in batch.places))
         for problem in batch.problems:
             complain(str(problem))
-            remarks.kept.append(str(problem))
+            remarks[str(problem)] = None
         if book and not batch.is_whole:
             failures.code = max(failures.code, UsageError.exit_code)
             raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
         # Gradescope runs this for one student, and waits for a result also of those who hand in nothing.
-        is_one = asked.answers and asked.format is CheckFormat.gradescope
-        one = Path(asked.answers[0]).absolute().stem if asked.answers and is_one else ""
-        listing = "gradebook" if book and not asked.roster else "roster"
-        handed_in = papers(
-            batch, None if one else roster, prepared.questions, asked.jobs, one=one, listing=listing
-        )
+        one = Path(answers[0]).absolute().stem if asked.format is CheckFormat.gradescope else ""
+        handed_in = papers(batch, None if one else roster, prepared.questions, asked.jobs, one=one)
         if batch.problems:
             is_small = batch.is_whole or (one and not handed_in.papers[0].source)  # an entry of an archive
             failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
         elif not handed_in.papers:
             raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(handed_in.notes) or None)
-        remarks.tell(asked.roster or asked.gradebook or prepared.source, handed_in.notes)
+        tell(asked.roster or asked.gradebook or prepared.source, handed_in.notes)
         is_late = any(paper.is_late for paper in handed_in.papers)
         style = ReportStyle(asked.feedback, not asked.no_header, *target.terminal(), is_late)
         with progress() as show:
-            judged = prepared.judged(handed_in, roster, overrides, asked.jobs, remarks.tell, show)
+            judged = prepared.judged(handed_in, roster, overrides, asked.jobs, tell, show)
             if book and roster:
-                view = filling(book, roster.aliases, handed_in.notes, remarks)
+                view: View = partial(gradebooks.fill, book, roster.aliases, tell)
             else:
                 view = view_of(asked, prepared, target, remarks)
             for piece in view(watched(judged, failures, target), style):
@@ -298,20 +279,22 @@ def watched(judged: "Iterator[Judgement]", failures: Failures, target: Output) -
         yield judgement
 
 
-def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Remarks) -> "View":
+def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Collection[str]) -> "View":
     """The function that turns judgements into text; an old run is read at once. Raises DocumentError."""
-    from rigidcli.homework.reports import formats, items, pages
+    from rigidcli.homework.reports import formats, items
 
     if asked.items:
         return partial(items.render, asked.format)
     if asked.regrade:
         return partial(items.changes, items.run_of(asked.regrade))
     if asked.wide:
-        return formats.wide
+        return partial(formats.wide, [*prepared.items])
     if asked.format is not CheckFormat.html:
         return partial(formats.render, asked.format)
+    from rigidcli.homework.reports import pages
+
     solutions = pages.worked(prepared.solutions) if asked.steps else {}
-    course = pages.Course(prepared.title, remarks.kept, solutions)
+    course = pages.Course(prepared.title, remarks, solutions)
     if not isinstance(target, Folder):
         return lambda judgements, style: pages.one_page(judgements, course, style)
 
@@ -335,17 +318,3 @@ def read_gradebook(asked: Request, prepared: "Prepared") -> "Gradebook":
     if asked.moodle:
         return gradebooks.moodle(table, asked.column)
     return gradebooks.canvas(table, asked.column or prepared.title)
-
-
-def filling(
-    book: "Gradebook", aliases: "Mapping[str, Sequence[str]]", told: Sequence[str], remarks: Remarks
-) -> "View":
-    """The function that fills scores into a gradebook; it tells the notes that are not `told` yet."""
-    from rigidcli.homework.reports.gradebooks import fill
-
-    def filled(judgements: "Iterator[Judgement]", style: "ReportStyle") -> Iterator[str]:
-        text, notes = fill(book, judgements, aliases)
-        remarks.tell(book.table.source, [note for note in notes if note not in told])
-        yield text
-
-    return filled

@@ -34,7 +34,7 @@ BINARY_FILES = {
     b"\xd0\xcf\x11\xe0": "a document of an old office program",
     b"{\\rtf": "rich text (RTF)",
     b"\x1f\x8b": "a compressed file (gzip)",
-    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"GIF8"), "a picture"),
+    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"), "a picture"),
 }
 """The kinds of binary files, by the bytes with which they begin."""
 

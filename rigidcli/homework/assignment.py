@@ -27,9 +27,9 @@ from rigidcli.homework.hand_ins import HandIns
 from rigidcli.homework.judge import Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
 from rigidcli.homework.names import noted
+from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
-from rigidcli.homework.spreadsheets import Overrides
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
 
 if TYPE_CHECKING:
@@ -67,11 +67,6 @@ class Prepared:
     files: tuple[Path, ...] = ()
     solutions: dict[tuple[str, str], Report] = field(default_factory=dict)
     variants: Variants | None = None
-
-    @property
-    def worth(self) -> dict[str, float]:
-        """The points of each question."""
-        return {id: item.points for id, item in self.items.items()}
 
     def judged(
         self,
@@ -419,10 +414,8 @@ class Library:
             return KINDS[str(question.kind)], KeySource(id, question, question.answer)
         study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
-            near = did_you_mean(self._with_result(question.document, study, values)) or guess(
-                study, self.studies
-            )
-            message = f"there is no command {shown(study)}{near}"
+            near = did_you_mean(self._with_result(question.document, study, values))
+            message = f"there is no command {shown(study)}{near or guess(study, self.studies)}"
             raise ValueProblem(message, path=("ask",), hint=f"there are {', '.join(self.studies)}")
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))

@@ -33,18 +33,22 @@ _FLAGS = ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY")
 
 # --- finding
 
+# Groups besides those of single folders: folders with one hand-in, files, and folders that a roster may name.
+ONE_HAND_IN, FILES, IN_ROSTER = -1, -2, -3
+
 
 @dataclass(frozen=True, slots=True)
 class HandedFile:
     """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
 
-    `root` tells the ANSWERS apart; `given` is the name of one of several of them that is a folder. `owners`
-    are the students whom the platform itself names, each by several names.
+    Files of one `group` are told apart by each other's names: those of a folder given are one, and so are all
+    files given, and all folders of one student. `given` is the name of one of several of ANSWERS that is a
+    folder. `owners` are the students whom the platform itself names, each by several names.
     """
 
     file: Path
     source: str
-    root: int = 0
+    group: int = 0
     way: tuple[str, ...] = ()
     given: str = ""
     owners: tuple[tuple[str, ...], ...] = ()
@@ -81,7 +85,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
     batch = Batch()
     seen = set() if assignment is None else {_spot(Path(assignment))}
     ways = _ways([given for given in paths if given and os.path.isfile(given)])  # noqa: PTH113 - it never raises
-    for root, given in enumerate(paths):
+    for group, given in enumerate(paths):
         path = Path(given)
         try:
             if not given:
@@ -93,16 +97,16 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
             continue
         is_archive = path.suffix.lower() == ARCHIVE and not is_folder
         if is_folder or is_archive:
-            folder = scratch / str(root) if is_archive else path
+            folder = scratch / str(group) if is_archive else path
             if is_archive and not _unpacked(path, folder, CLASS, batch):
                 continue
-            places = _below(folder, path, root, scratch / f"{root}-within", batch)
+            places = _below(folder, path, group, scratch / f"{group}-within", batch)
             if len(paths) > 1:
                 places = _given(places, path.absolute().stem if is_archive else path.absolute().name)
             if not places:
                 batch.trouble(path, "no answer files in it")
         else:
-            places = [HandedFile(path, safe_name(path), -2, ways.get(given, ()))]
+            places = [HandedFile(path, safe_name(path), FILES, ways.get(given, ()))]
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
@@ -114,7 +118,7 @@ def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
     """The places below one of several folders given; one with a single hand-in is a student's."""
     direct = [place for place in places if is_answer(place.file.name)] or places
     if len(direct) == 1 and not direct[0].way:
-        return [replace(place, root=-1, way=(name, *place.way)) for place in places]
+        return [replace(place, group=ONE_HAND_IN, way=(name, *place.way)) for place in places]
     return [replace(place, given=name) for place in places]
 
 
@@ -126,9 +130,9 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
     return ways if len(set(map(len, ways.values()))) == 1 else {}
 
 
-def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[HandedFile]:
+def _below(folder: Path, path: Path, group: int, scratch: Path, batch: Batch) -> list[HandedFile]:
     """The places in a folder, and in the archives there; reports call the folder `path`."""
-    found = {place: [place] for place in _listed(folder, path, root, (), batch)}
+    found = {place: [place] for place in _listed(folder, path, group, (), batch)}
     packed = dict[HandedFile, int]()
     for place in found:
         if place.file.suffix.lower() == ARCHIVE and place.file.is_file() and not place.file.is_symlink():
@@ -141,11 +145,11 @@ def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> 
         if left > 0 and _unpacked(place.file, within, HAND_IN, batch, place.source):
             left -= min(packed[place], HAND_IN.bytes)
             way = (*place.way, place.file.name)
-            found[place] = _listed(within, path.joinpath(*way), root, way, batch) or [place]
+            found[place] = _listed(within, path.joinpath(*way), group, way, batch) or [place]
     return [place for places in found.values() for place in places]
 
 
-def _listed(folder: Path, path: Path, root: int, way: tuple[str, ...], batch: Batch) -> list[HandedFile]:
+def _listed(folder: Path, path: Path, group: int, way: tuple[str, ...], batch: Batch) -> list[HandedFile]:
     """The places in a folder, which reports call `path`, at the end of a `way`.
 
     They are all files, and what poses as an answer file. Hidden names are left out.
@@ -162,7 +166,7 @@ def _listed(folder: Path, path: Path, root: int, way: tuple[str, ...], batch: Ba
         folders[:] = [each for each in looked_into if not Path(name, each).is_symlink()]
         for file in (here / each for each in named if each not in folders):
             source = safe_name(path / file)
-            places.append(HandedFile(folder / file, source, root, (*way, *here.parts)))
+            places.append(HandedFile(folder / file, source, group, (*way, *here.parts)))
     return places
 
 
@@ -222,8 +226,7 @@ BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError,
 def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
     """Unpack an archive into a folder, note what is left out, and return whether it could be opened.
 
-    An archive that is handed in has the name `source`. Where a file and a folder have one name, an answer
-    file stays, or else the folder.
+    An archive that is handed in has the name `source`. Of entries with one name the smallest stays.
     """
     place, left = Path(source or path), bounds.bytes
     try:
@@ -236,8 +239,6 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
     with archive:
         named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
         named = [(parts, info) for parts, info in named if not any(each.startswith(HIDDEN) for each in parts)]
-        answers = {parts for parts, _ in named if parts and is_answer(parts[-1])}
-        folders = {above for parts, _ in named for above in _above(parts) if above not in answers}
         # The smallest come first, so that no large one takes the room of others.
         named.sort(key=lambda each: each[1].file_size)
         for number, (parts, info) in enumerate(named):
@@ -246,8 +247,6 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
                 batch.trouble(place, message, is_whole=bool(source))
                 break
             try:
-                if parts in folders or not answers.isdisjoint(_above(parts)):
-                    raise ValueError("a file and a folder have one name")
                 # A longer file is cut off, and too large. Of an archive within, half could not be read.
                 most = bounds.bytes if "".join(parts[-1:]).lower().endswith(ARCHIVE) else MOST_BYTES + 1
                 file = folder.joinpath(*_harmless(parts, info))
@@ -259,7 +258,9 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
                 left -= len(data)
             except BROKEN as error:
                 reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
-                if isinstance(error, OSError | ValueError):
+                if isinstance(error, FileExistsError | NotADirectoryError):
+                    reason = "another file or folder has its name"
+                elif isinstance(error, OSError | ValueError):
                     reason = getattr(error, "strerror", None) or str(error)
                 batch.trouble(place, f"`{shortened(printable('/'.join(parts)))}` is left out: {reason}")
     return True
@@ -272,10 +273,6 @@ def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
         with suppress(UnicodeError):
             name = name.encode("cp437").decode()
     return tuple(part for part in re.split(r"[/\\]", name) if part not in ("", "."))
-
-
-def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
-    return [parts[:depth] for depth in range(1, len(parts))]
 
 
 def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import orjson
 
 from rigidcli.errors import printable
-from rigidcli.fields.texts import ending
+from rigidcli.fields.texts import BINARY_FILES, ending
 from rigidcli.homework.answers import folded, read_answers
 from rigidcli.homework.base import MISSING, Outcome, Unreadable
-from rigidcli.homework.files import Batch, HandedFile, first_bytes, names_file, read_file
+from rigidcli.homework.files import IN_ROSTER, Batch, HandedFile, first_bytes, names_file, read_file
 from rigidcli.homework.names import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
@@ -29,13 +29,6 @@ TABLES = frozenset([".csv", ".tsv", ".npy", ".xls", ".xlsx", ".ods", ".html", ".
 # With so many answer files, or folders, in it a folder is that of the class, and not of a student.
 LEAST_OF_CLASS = 4
 MOST_OPENED = 30  # the most files of a student that are opened to see whether they answer a question
-# Files that people hand in and this program does not read, by their first bytes.
-UNREAD_FILES = {
-    b"%PDF": "a PDF",
-    **dict.fromkeys([b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"], "a picture"),
-    **dict.fromkeys([b"{\\rtf", b"\xd0\xcf\x11\xe0"], "a Word file"),
-    b"PK": "a zip",
-}
 # What zips with other endings are.
 OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a Pages file"}
 
@@ -83,12 +76,10 @@ def papers(
     jobs: int | None = None,
     *,
     one: str = "",
-    listing: str = "roster",
 ) -> HandIns:
     """The hand-in of every student, also of those on the roster without one.
 
-    `known` are the names of questions. All files are those of `one` student, if that has a name. Notes call
-    the list of students a `listing`.
+    `known` are the names of questions. All files are those of `one` student, if that has a name.
     """
     students = [_Student(one, files=dict.fromkeys(batch.places, Owner("", "")))]
     students = students if one else _students(batch.places, roster)
@@ -109,8 +100,7 @@ def papers(
     given = {folded(paper.student) for paper in found.papers}
     expected = [one] if one else [*roster.labels.values()] if roster else []
     found.papers.extend(Paper(name, outcome=MISSING) for name in expected if folded(name) not in given)
-    said = noted(f"not found in the {listing}", unknown)
-    said += noted(f"more than one student of the {listing} may be meant by", doubtful)
+    said = [] if roster is None else roster.notes(unknown, doubtful)
     return found._replace(notes=[*said, *found.notes])
 
 
@@ -119,11 +109,11 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
     students: dict[str, _Student] = {}
     owners = _owners(places, roster)
     for place in places:
-        owner, common = owners[place]
+        owner, keys = owners[place]
         for names in place.owners or [(owner.label,)]:
             name, meant = names[0], None
             if roster is not None:
-                keys = roster.first(names) if place.owners else roster.find(owner, common)
+                keys = roster.first(names) if place.owners else keys
                 meant = [roster.labels[key] for key in sorted(keys)]
                 name = meant[0] if len(meant) == 1 else name
             student = students.setdefault(folded(name), _Student(name, meant))
@@ -133,59 +123,54 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
 
 # --- whose a file is
 
-# The owner of a file, and words of its name that are common to all names beside it.
-_Found = tuple[Owner, Collection[str]]
+# The owner of each file, and the students of the roster who may be meant.
+_Found: TypeAlias = dict[HandedFile, tuple[Owner, set[int]]]
 
 
-def _owners(places: Sequence[HandedFile], roster: Roster | None) -> Mapping[HandedFile, _Found]:
+def _owners(places: Sequence[HandedFile], roster: Roster | None) -> _Found:
     """The owner of each file, by the first level of folders that tells students apart, or by its own name.
 
     Names further down are chosen by students, who could pose as others by them.
     """
-    groups = defaultdict[int, list[HandedFile]](list)
+    groups = defaultdict[int, dict[HandedFile, tuple[str, ...]]](dict)
     for place in places:
-        groups[-3 if roster and place.given else place.root].append(place)
-    return {place: owner for group in groups.values() for place, owner in _of_group(group, roster).items()}
+        if roster and place.given:
+            groups[IN_ROSTER][place] = (place.given, *place.way)
+        else:
+            groups[place.group][place] = place.way
+    found: _Found = {}
+    for ways in groups.values():
+        found |= _of_group(ways, roster)
+    return found
 
 
-def _of_group(group: Sequence[HandedFile], roster: Roster | None) -> dict[HandedFile, _Found]:
-    """The owners of the files below one of ANSWERS.
+def _of_group(ways: Mapping[HandedFile, tuple[str, ...]], roster: Roster | None) -> _Found:
+    """The owners of the files below one of ANSWERS, to each of which a way of folders leads.
 
     The level that decides is the first with the form of a platform, or with names of students of the roster;
     without a roster it is the first that tells hand-ins apart.
     """
-    ways = {place: (place.given, *place.way) if roster and place.given else place.way for place in group}
-    apart = _level_apart(group) if roster is None else -1
-    found: dict[HandedFile, _Found] = {}
+    apart = _level_apart([*ways]) if roster is None else -1
+    found: _Found = {}
     for level in range(max(map(len, ways.values()))):
         names = {place: way[level] for place, way in ways.items() if len(way) > level}
         owners = _of_names(names, roster, is_folder=True)
-        if level == apart or any(
-            owner.platform or (roster and roster.find(owner, common)) for owner, common in owners.values()
-        ):
+        if level == apart or any(owner.platform or keys for owner, keys in owners.values()):
             found = owners
             break
-    direct = {place: place.file.name for place in group if place not in found}
+    direct = {place: place.file.name for place in ways if place not in found}
     by_file = _of_names(direct, roster, is_folder=False)
-    if roster and not found and not any(roster.find(*each) for each in by_file.values()):
-        return _of_group(group, None)  # the list is no help
+    if roster and not found and not any(keys for _, keys in by_file.values()):
+        return _owners([*ways], None)  # the list is no help
     return found | by_file
 
 
-def _of_names(
-    names: Mapping[HandedFile, str], roster: Roster | None, *, is_folder: bool
-) -> dict[HandedFile, _Found]:
-    platform = platform_of({*names.values()})
-    owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
-    common = set[str]()
-    if roster is not None:
-        words = [{*owner.words} for owner in owners.values()]
-        common = set.intersection(*words) if len(words) > 1 else common
-        keys = [roster.find(owner, common) for owner in owners.values()]
-        if len({min(each) for each in keys if len(each) == 1}) < 2:
-            common = set()  # they may be the files of one student
-        common |= roster.strange_numbers([*owners.values()], common)
-    return {place: (owners[name], common) for place, name in names.items()}
+def _of_names(names: Mapping[HandedFile, str], roster: Roster | None, *, is_folder: bool) -> _Found:
+    every = {*names.values()}
+    platform = platform_of(every)
+    owners = {name: owner_of(name, platform, is_folder=is_folder) for name in every}
+    keys = {} if roster is None else roster.find_all(owners)
+    return {place: (owners[name], keys.get(name, set())) for place, name in names.items()}
 
 
 def _level_apart(places: Collection[HandedFile]) -> int:
@@ -297,5 +282,6 @@ def _nature(path: Path) -> str:
     begin = first_bytes(path)
     if begin[4:8] == b"ftyp":  # of HEIC and of films
         return "a picture or a film"
-    nature = next((nature for mark, nature in UNREAD_FILES.items() if begin.startswith(mark)), "")
-    return OFFICE.get(ending(path.name), nature) if nature == "a zip" else nature
+    if begin.startswith(b"PK"):
+        return OFFICE.get(ending(path.name), "a zip")
+    return next((kind for mark, kind in BINARY_FILES.items() if begin.startswith(mark)), "")

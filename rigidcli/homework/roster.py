@@ -13,7 +13,7 @@ from typing import NamedTuple
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.homework.answers import folded
 from rigidcli.homework.names import Owner, noted, spellings, words_of
-from rigidcli.homework.spreadsheets import read_spreadsheet
+from rigidcli.homework.spreadsheets import Spreadsheet, read_spreadsheet
 
 # The columns of a student's name, in one or in two, and those of logins and numbers.
 NAMES = ("Student", "LastName", "FirstName")
@@ -21,6 +21,7 @@ LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
 # The letters of the heads of these columns and of those of Moodle's worksheet, and two sets of words.
 SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line in _LINES)}
+POINTS = "Points Possible"  # begins the row in which Canvas has the points that assignments are worth
 TEST_STUDENT = "Student, Test"  # the student that Canvas adds to every course, who is nobody
 # Rows in which the head of a list is looked for: Sakai has the title of the assignment above it.
 HEAD_ROWS = 6
@@ -51,12 +52,7 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
     if head is None:
         hint = "its first line names columns such as `name`, `login` and `id`"
         raise DocumentError([Problem(table.source, "read no list of students", 1, hint=hint)])
-    rows = {
-        number: row if len(heads[head]) > 1 else [table.separator.join(row)]  # `Doe, Jane` is one cell then
-        for number, row in enumerate(table.rows)
-        if number > head and row and "Points Possible" not in row[0]
-    }
-    return Roster(heads[head], rows, table.rows[head])
+    return Roster(heads[head], table, head)
 
 
 class Person(NamedTuple):
@@ -72,13 +68,18 @@ class Roster:
 
     Students have the numbers of their `rows`, from 0, as their keys; `columns` tells what each column means,
     and `head` what the list calls it. `labels` are the students' names in reports, and `aliases`, by labels,
-    are all names of each.
+    are all names of each. Notes call the list by its `kind`.
     """
 
     def __init__(
-        self, columns: Sequence[str], rows: Mapping[int, Sequence[str]], head: Sequence[str] = ()
+        self, columns: Sequence[str], table: Spreadsheet, head: int = 0, kind: str = "roster"
     ) -> None:
-        self.head, self.rows = head, rows
+        self.head, self._kind = table.rows[head], kind
+        self.rows = {
+            number: row if len(columns) > 1 else [table.separator.join(row)]  # `Doe, Jane` is one cell then
+            for number, row in enumerate(table.rows)
+            if number > head and row and POINTS not in row[0]
+        }
         self.labels: dict[int, str] = {}
         self.aliases: dict[str, list[str]] = {}
         self._people: dict[int, Person] = {}
@@ -87,9 +88,9 @@ class Roster:
         self._called: dict[str, set[tuple[frozenset[str], int]]] = defaultdict(set)
         self._glued: dict[str, set[int]] = defaultdict(set)
         self._own: dict[int, set[str]] = defaultdict(set)
-        self._numbers: dict[str, dict[str, int]] = {"canvas": {}, "moodle": {}, "brightspace": {}}
+        self._numbers: dict[tuple[str, str], int] = {}
         seen = set[Person]()
-        for key, row in rows.items():
+        for key, row in self.rows.items():
             person = _person_of([entry for entry in zip(columns, row, strict=False) if entry[0]])
             # A student of two sections may have two rows; without a login they may be two students.
             if person is not None and not (person.logins and person in seen):
@@ -101,9 +102,9 @@ class Roster:
     def _learn(self, key: int, person: Person) -> None:
         for column, cell in person.cells:
             if numbered := _NUMBERED.fullmatch(cell):
-                self._numbers["moodle"][numbered[1]] = key
+                self._numbers["moodle", numbered[1]] = key
             elif column in ("ID", "OrgDefinedId"):
-                self._numbers["canvas" if column == "ID" else "brightspace"][cell] = key
+                self._numbers["canvas" if column == "ID" else "brightspace", cell] = key
         for login in person.logins:
             for spelled in {login, login.partition("@")[0]}:
                 self._meant[spelled.casefold()].add(key)
@@ -142,7 +143,7 @@ class Roster:
         words = owner.words
         keys = self._meant.get(owner.name.casefold()) or self._meant.get(" ".join(sorted(words)))
         keys = keys or self._within(words, common)
-        numbered = self._numbers.get(owner.platform, {}).get(owner.number)
+        numbered = self._numbers.get((owner.platform, owner.number))
         if numbered is None or (len(keys) == 1 and numbered not in keys):
             return keys
         # A number may be another's by chance: then the names have nothing in common.
@@ -178,7 +179,20 @@ class Roster:
         named = set.intersection(*longest) or set.union(*longest) if longest else set[int]()
         return named if len(named) == 1 else named & numbers or named or numbers
 
-    def strange_numbers(self, owners: Sequence[Owner], common: Collection[str]) -> set[str]:
+    def find_all(self, owners: Mapping[str, Owner]) -> dict[str, set[int]]:
+        """The students whom each of some names that stand beside each other may mean.
+
+        Words that all of them have tell nobody apart, unless they are the names of one student's files.
+        """
+        words = [{*owner.words} for owner in owners.values()]
+        common = set.intersection(*words) if len(words) > 1 else set[str]()
+        keys = [self.find(owner, common) for owner in owners.values()]
+        if len({min(each) for each in keys if len(each) == 1}) < 2:
+            common = set()
+        common |= self._strange_numbers([*owners.values()], common)
+        return {name: self.find(owner, common) for name, owner in owners.items()}
+
+    def _strange_numbers(self, owners: Sequence[Owner], common: Collection[str]) -> set[str]:
         """The numbers in names that stand beside each other, where they are not those of the list.
 
         Platforms have numbers of their own, which may be those of other students by chance. They are not the
@@ -202,6 +216,11 @@ class Roster:
         """The labels of the students whom a name may mean."""
         return [self.labels[key] for key in sorted(self.find(name))]
 
+    def notes(self, unknown: Sequence[str], doubtful: Sequence[str]) -> list[str]:
+        """Notes on names that mean nobody in the list, and on those that may mean several."""
+        said = noted(f"not found in the {self._kind}", unknown)
+        return said + noted(f"more than one student of the {self._kind} may be meant by", doubtful)
+
     def match(self, students: Sequence[Sequence[str]]) -> tuple[dict[int, int], list[str]]:
         """The place among `students` of each row of a gradebook, and notes on those without one.
 
@@ -217,8 +236,7 @@ class Roster:
                 (doubtful if keys else unknown).append(names[0])
         several = [students[place][0] for rows in places.values() if len(rows) > 1 for place in rows]
         absent = [person.name for key, person in self._people.items() if key not in places]
-        notes = noted("not found in the gradebook", unknown)
-        notes += noted("more than one student of the gradebook may be meant by", doubtful)
+        notes = self.notes(unknown, doubtful)
         notes += noted("several hand-ins of one student, and none of them taken", several)
         notes += noted("no answer file, and the cell left as it was", absent)
         return {key: own[0] for key, own in places.items() if len(own) == 1}, notes

@@ -1,23 +1,18 @@
-"""Tables of csv that instructors give, and one kind of them: the scores that a person has given."""
+"""Tables of csv that instructors give."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import islice
-from typing import NamedTuple
 
-from rigidcli.errors import DocumentError, Problem, guess, shown
+from rigidcli.errors import DocumentError, Problem
 from rigidcli.fields.texts import read_text, safe_name
-from rigidcli.homework.answers import folded
-from rigidcli.homework.base import Judgement, Tell
-from rigidcli.homework.names import listed, noted
 
 # Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB.
 MOST_BYTES = 50_000_000
@@ -98,83 +93,3 @@ def points_in(text: str) -> float | None:
         return float(text.replace(",", "."))
     except ValueError:
         return None
-
-
-# --- scores by a person
-
-# The columns of a table of scores that a person has given; the last may be missing.
-COLUMNS = ("student", "question", "score", "reason")
-
-
-class Score(NamedTuple):
-    """A score in points with its `reason`, and the student as the table has the name."""
-
-    points: float
-    reason: str
-    student: str
-
-
-@dataclass(frozen=True, slots=True)
-class Overrides:
-    """The scores in the file `source`, by the folded names of the student and the question."""
-
-    source: str
-    scores: Mapping[tuple[str, str], Score]
-
-    def applied(self, judgements: Iterable[Judgement], tell: Tell) -> Iterator[Judgement]:
-        """The judgements with these scores; `tell` gets a note on students who are not there."""
-        unknown = {student: score.student for (student, _), score in self.scores.items()}
-        for judgement in judgements:
-            student = folded(judgement.student)
-            unknown.pop(student, None)
-            questions = []
-            for question in judgement.questions:
-                score = self.scores.get((student, folded(question.id)))
-                questions.append(question.overridden(score.points, score.reason) if score else question)
-            yield replace(judgement, questions=tuple(questions))
-        what = "nobody of this name has a row, and the override is left out"
-        tell(self.source, noted(what, list(unknown.values())))
-
-
-def read_overrides(
-    path: str | os.PathLike[str],
-    worth: Mapping[str, float],
-    called: Callable[[str], Sequence[str]] | None = None,
-) -> Overrides:
-    """The overrides in a file, of questions that are `worth` points. Raises DocumentError.
-
-    Of a roster, `called` tells the students whom a name may mean.
-    """
-    table = read_spreadsheet(path)
-    heads = [folded(head) for row in table.rows[:1] for head in row]
-    if missing := [name for name in COLUMNS[:3] if name not in heads]:
-        message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
-        raise DocumentError([Problem(table.source, message, 1)])
-    most = {folded(id): points for id, points in worth.items()}
-    scores, problems = dict[tuple[str, str], Score](), list[Problem]()
-    for line, row in enumerate(table.rows[1:], 2):
-        cells = defaultdict(str, zip(heads, map(str.strip, row), strict=False))
-        if not any(cells.values()):
-            continue
-        student, question, score, reason = (cells[name] for name in COLUMNS)
-        people = called(student) if called else ()
-        student = people[0] if len(people) == 1 else student
-        place = folded(student), folded(question)
-        whole, points = most.get(place[1]), points_in(score)
-        refuse = partial(Problem, table.source, line=line)
-        if whole is None:
-            problems.append(refuse(f"there is no question {shown(question)}{guess(question, list(worth))}"))
-        elif points is None or not 0 <= points <= whole:
-            message = f"read {shown(score)}, expected points from 0 to {whole:.12g}"
-            problems.append(refuse(message, key="score"))
-        elif len(people) > 1:
-            message = f"{shown(student)} may be any of {listed(people)}"
-            hint = "write the login, or the number, of the student"
-            problems.append(refuse(message, key="student", hint=hint))
-        elif place in scores:
-            problems.append(refuse(f"{shown(student)} has this question twice"))
-        else:
-            scores[place] = Score(points, reason, student)
-    if problems:
-        raise DocumentError(problems)
-    return Overrides(table.source, scores)

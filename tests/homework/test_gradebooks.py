@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
 
 import pytest
 from hypothesis import given, settings
@@ -14,6 +16,7 @@ from hypothesis import strategies as st
 from rigidcli.errors import DocumentError, UsageError
 from rigidcli.homework.base import Judgement
 from rigidcli.homework.reports import gradebooks
+from rigidcli.homework.reports.formats import ReportStyle
 from rigidcli.homework.spreadsheets import read_spreadsheet, spreadsheet_of
 from tests.homework.standins import mark
 
@@ -29,8 +32,26 @@ lines",7.00,1.00,70.00,70.00
 '''
 
 
-def fill(text: str, judgements: Iterable[Judgement], column: str) -> gradebooks.Filled:
-    return gradebooks.fill(gradebooks.canvas(spreadsheet_of(text), column), judgements)
+class Filled(NamedTuple):
+    """The text of a gradebook with the scores in it, and the notes on it."""
+
+    text: str
+    notes: tuple[str, ...]
+
+
+def filled_in(
+    book: gradebooks.Gradebook,
+    judgements: Iterable[Judgement],
+    aliases: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> Filled:
+    notes = list[str]()
+    pieces = gradebooks.fill(book, aliases, lambda _, said: notes.extend(said), judgements, ReportStyle())
+    text = "".join(pieces)
+    return Filled(text, tuple(notes))
+
+
+def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
+    return filled_in(gradebooks.canvas(spreadsheet_of(text), column), judgements)
 
 
 def judged(student: str, score: float, most: float = 9.0) -> Judgement:
@@ -224,7 +245,7 @@ def test_other_files_are_refused(text: str) -> None:
 def test_a_file_in_the_codes_of_spreadsheets(code: str, end: str, tmp_path: Path) -> None:
     path = tmp_path / "book.csv"
     path.write_bytes(BOOK.replace("\n", end).encode(code))
-    filled = gradebooks.fill(gradebooks.canvas(read_spreadsheet(path), "12"), [judged("zob", 3.0)])
+    filled = filled_in(gradebooks.canvas(read_spreadsheet(path), "12"), [judged("zob", 3.0)])
     expected = BOOK.replace("8.00,,80.00", "8.00,3,80.00").replace("\n", end)
     assert filled.text == "\ufeff" * (code == "utf-8-sig") + expected
 
@@ -254,7 +275,7 @@ def test_a_worksheet_of_moodle_is_filled_in_the_language_of_the_teacher(end: str
     book = gradebooks.moodle(spreadsheet_of("\ufeff" + WORKSHEET.replace("\n", end)))
     hands = [judged("Max Roe_5002", 2.5), judged("m1", 3.0), judged("Zoë O'Brien", 9.0)]
     aliases = {"Max Roe_5002": ["m2@x.de"]}
-    filled = gradebooks.fill(book, hands, aliases)
+    filled = filled_in(book, hands, aliases)
     expected = WORKSHEET.replace('"1,00"', '"2,5"').replace('Abgegeben,,"9,00",Ja', 'Abgegeben,3,"9,00",Ja')
     assert filled.text == "\ufeff" + expected.replace("\n", end)
     assert filled.notes == (

@@ -23,13 +23,11 @@ from rigidcli.render.terminal import Page, Part, TextRow
 Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
 
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
-
+# The fields of a question in json, besides the feedback.
 FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
-"""The fields of a question in json, besides the feedback."""
-
 # Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
 _FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
-
+# The colour of each verdict on a terminal, and its element of JUnit's XML; a right answer has none.
 STYLES: dict[Verdict, tuple[str, str]] = {
     "review": ("magenta", "skipped"),
     "correct": ("green", ""),
@@ -38,7 +36,6 @@ STYLES: dict[Verdict, tuple[str, str]] = {
     "invalid": ("red", "error"),
     "missing": ("yellow", "failure"),
 }
-"""The colour of each verdict on a terminal, and its element of JUnit's XML; a right answer has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,22 +87,19 @@ def _csv(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     return csv_rows([*HEADER, *["late"] * style.late], rows, style)
 
 
-def wide(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
+def wide(ids: Sequence[str], students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """A row for each student, with the points of each question; none where a person must judge it."""
-    rest = iter(students)
-    for first in rest:
-        ids = [question.id for question in first.questions]
-        rows: Iterator[list[Cell]] = (
-            [
-                student.student,
-                *(None if question.verdict == "review" else question.score for question in student.questions),
-                *(student.score, student.max_score, student.source),
-                *[student.late] * style.late,
-            ]
-            for student in chain([first], rest)
-        )
-        head = ["student", *ids, "score", "max_score", "source", *["late"] * style.late]
-        yield from csv_rows(head, rows, style)
+    rows: Iterator[list[Cell]] = (
+        [
+            student.student,
+            *(None if question.verdict == "review" else question.score for question in student.questions),
+            *(student.score, student.max_score, student.source),
+            *[student.late] * style.late,
+        ]
+        for student in students
+    )
+    head = ["student", *ids, "score", "max_score", "source", *["late"] * style.late]
+    return csv_rows(head, rows, style)
 
 
 def _json(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
@@ -183,14 +177,13 @@ def _junit(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
 
 # --- for people
 
+# Columns that remarks must have beside their heads on a terminal; otherwise they stand below them.
 NARROWEST = 30
-"""Columns that remarks must have beside their heads on a terminal; otherwise they stand below them."""
 
-LONGEST_ANSWER = 60
-"""Characters of an answer that a table shows."""
+LONGEST_ANSWER = 60  # characters of an answer that a table shows
 
+# Verdicts that stand in one row where all questions have them for the same reason: these earn no points.
 SHARED = ("review", "invalid", "missing")
-"""Verdicts that stand in one row where all questions have them for the same reason: these earn no points."""
 
 
 def table(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:

@@ -9,35 +9,26 @@ Moodle's is the grading worksheet of one assignment (its plugin `feedback/offlin
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from rigidcli.errors import UsageError, did_you_mean, nearest, shown
 from rigidcli.homework.answers import folded
-from rigidcli.homework.base import Judgement
+from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.names import listed, noted, words_of
-from rigidcli.homework.reports.formats import points
-from rigidcli.homework.roster import LOGINS, NAMES, SPELLINGS, Roster, columns_of
+from rigidcli.homework.reports.formats import ReportStyle, points
+from rigidcli.homework.roster import LOGINS, NAMES, POINTS, SPELLINGS, Roster, columns_of
 from rigidcli.homework.spreadsheets import Spreadsheet, cell, points_in
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
+# Columns that Canvas works out itself.
 TOTALS = re.compile(r"(Current|Final) (Score|Points|Grade)|Override (Score|Grade|Status)")
-"""Columns that Canvas works out itself."""
 
-POINTS = "Points Possible"  # the name of the row with the points that assignments are worth
 KEPT = frozenset(["EX", "N/A"])  # cells that stay: excused, or without this assignment
 
+# The name of an assignment: its title, and the number that Canvas knows it by.
 _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
-"""The name of an assignment: its title, and the number that Canvas knows it by."""
-
-
-class Filled(NamedTuple):
-    """The text of a gradebook with the scores in it, and what the instructor should know."""
-
-    text: str
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +58,7 @@ def canvas(table: Spreadsheet, column: str) -> Gradebook:
     worth = next((row for row in rows if POINTS in cell(row, 0)), [])
     about = [name if name in (*NAMES, *LOGINS) else "" for name in names]
     place = _place(names, worth, column)
-    people = Roster(about, {n: row for n, row in enumerate(table.rows) if n and row is not worth})
+    people = Roster(about, table, kind="gradebook")
     kept = frozenset(number for number in people.rows if cell(table.rows[number], place).upper() in KEPT)
     return Gradebook(table, people, place, kept, [cell(worth, place)])
 
@@ -89,7 +80,7 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
     if len(places) != 1:
         hint = f"its columns are {listed([name.strip() for name in head])}"
         raise UsageError(f"the worksheet has no column {shown(column)}", hint=hint)
-    people = Roster(about, {n: row for n, row in enumerate(table.rows) if n})
+    people = Roster(about, table, kind="gradebook")
     locked, most = (
         next((place for place, name in enumerate(heads) if name in names), len(heads))
         for names in (SPELLINGS["Grade can be changed"], SPELLINGS["Maximum Grade"])
@@ -100,16 +91,20 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
 
 
 def fill(
-    book: Gradebook, judgements: Iterable[Judgement], aliases: Mapping[str, Sequence[str]] | None = None
-) -> Filled:
+    book: Gradebook,
+    aliases: Mapping[str, Sequence[str]],
+    tell: Tell,
+    judgements: Iterable[Judgement],
+    style: ReportStyle,
+) -> Iterator[str]:
     """The gradebook with the scores; `aliases` are other names of students in the results.
 
     All other cells stay as they are. The cell of a student stays, too, if an answer waits for a person, or if
-    nothing is handed in, unless a person has given a score.
+    nothing is handed in, unless a person has given a score. `tell` gets what the instructor should know.
     """
     handed_in = [each for each in judgements if each.source or each.is_overridden]
     rows = [list(row) for row in book.table.rows]
-    named = [[each.student, *(aliases or {}).get(each.student, ())] for each in handed_in]
+    named = [[each.student, *aliases.get(each.student, ())] for each in handed_in]
     hands, notes = book.people.match(named)
     cells = [*book.worth, *(cell(row, book.column) for row in rows[1:])]
     has_commas = any(re.fullmatch(r"[0-9]+,[0-9]+", text) for text in cells)
@@ -134,7 +129,8 @@ def fill(
     if handed_in and most is not None and most != handed_in[0].max_score:
         whole = points(handed_in[0].max_score)
         notes.append(f"the column is worth {points(most)} points, the assignment {whole}")
-    return Filled(book.table.with_rows(rows), tuple(notes))
+    tell(book.table.source, notes)
+    yield book.table.with_rows(rows)
 
 
 def _place(names: Sequence[str], worth: Sequence[str], wanted: str) -> int:

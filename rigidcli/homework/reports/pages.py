@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
 from itertools import count
 from pathlib import Path
 from statistics import fmean
+from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 from urllib.parse import quote
 
@@ -22,30 +23,35 @@ from rigidcli.homework.judge import Item
 from rigidcli.homework.reports import formats
 from rigidcli.homework.reports.formats import ReportStyle, as_one, excerpt, points, score
 from rigidcli.homework.variants import Values, words
+from rigidcli.language.expression import parse
+from rigidcli.language.text import latex
 from rigidcli.render import Look
+from rigidcli.render.html import fragment
+from rigidcli.render.plots import has_library
+from rigidcli.render.table import render
+from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Report
 
+# Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255.
 LONGEST_NAME = 50
-"""Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255."""
 
+# What is set as a formula: more than a word, and no number with its unit.
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
-"""What is set as a formula: more than a word, and no number with its unit."""
 
+# Solutions on pages, by the names of their questions and the values of variants in words.
 Solutions: TypeAlias = Mapping[tuple[str, str], str]
-"""Solutions on pages, by the names of their questions and the values of variants in words."""
 
 
-@dataclass(frozen=True, slots=True)
-class Course:
+class Course(NamedTuple):
     """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
 
     `remarks` are on files and students; they may grow as long as there are judgements to come.
     """
 
     title: str
-    remarks: Sequence[str] = ()
-    solutions: Solutions = field(default_factory=dict)
+    remarks: Collection[str] = ()
+    solutions: Solutions = MappingProxyType({})
 
 
 def one_page(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[str]:
@@ -57,8 +63,7 @@ def one_page(judgements: Iterable[Judgement], course: Course, style: ReportStyle
 
 def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[tuple[str, str]]:
     """Files of a folder, each a name and what stands in it: a page for each student, then the class's."""
-    judged, links = [], []
-    taken = {"index"}
+    judged, links, taken = [], [], {"index"}
     for judgement in judgements:
         name = file_name(judgement.student, taken)
         judged.append(judgement)
@@ -82,7 +87,7 @@ def written(title: str, body: Iterable[str]) -> str:
 
 def your_values(values: Values) -> str:
     """The line that names the values of a student's variants, if there are any."""
-    return f"<p>Your values: <strong>{own(printable(words(values)))}</strong></p>\n" if values else ""
+    return f"<p>Your values: <strong>{own(words(values))}</strong></p>\n" if values else ""
 
 
 def file_name(student: str, taken: set[str]) -> str:
@@ -112,10 +117,7 @@ def _list(entries: Iterable[str]) -> str:
 
 def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
     for question in as_one(student):
-        yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
-        yield f" <span>{question.verdict}, {score(question)}</span></h3>\n"
-        if question.title:
-            yield f'<p class="title">{own(question.title)}</p>\n'
+        yield _head(question.id, f"{question.verdict}, {score(question)}", question.title, question.verdict)
         if question.answer:
             yield f"<p>Your answer: <code>{own(question.answer)}</code></p>\n"
         if question.read_as:
@@ -126,11 +128,14 @@ def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
         yield "</section>\n"
 
 
-@cache
-def _has_formulas() -> bool:
-    from rigidcli.render.plots import has_library
+def _head(id: str, said: str, title: str, *styles: str) -> str:
+    """The beginning of the section of a question: its name with what is `said` of it, and its title."""
+    task = f'<p class="title">{own(title)}</p>\n' if title else ""
+    classes = " ".join(["answer", *styles])
+    return f'<section class="{classes}">\n<h3>{own(id)} <span>{said}</span></h3>\n{task}'
 
-    return has_library("formulas")
+
+_has_formulas = cache(partial(has_library, "formulas"))
 
 
 def typeset(words: str) -> str:
@@ -138,10 +143,6 @@ def typeset(words: str) -> str:
     # A long answer is read more easily as text.
     if len(words) > 300 or not _has_formulas() or not _FORMULA.fullmatch(words):
         return own(words)
-    from rigidcli.language.expression import parse
-    from rigidcli.language.text import latex
-    from rigidcli.render.web.mathml import formula
-
     try:
         lines = [[latex(parse(side).root) for side in line.split("=")] for line in words.split("; ")]
     except ExpressionError:
@@ -151,9 +152,6 @@ def typeset(words: str) -> str:
 
 def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
     """The working of questions, folded, by their names as they are shown, and the values of variants."""
-    from rigidcli.render.html import fragment
-    from rigidcli.render.table import render
-
     workings = {}
     for (id, values), report in solutions.items():
         if _has_formulas():
@@ -238,15 +236,11 @@ def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]
     """Files of a folder, each a name and what stands in it: a page for each student."""
     taken = set[str]()
     for sheet in sheets:
-        body = [
-            f"<h1>{own(printable(title))}</h1>\n<p><strong>{own(printable(sheet.student))}</strong></p>\n",
-            your_values(sheet.values),
-        ]
+        body = [f"<h1>{own(title)}</h1>\n<p><strong>{own(sheet.student)}</strong></p>\n"]
+        body.append(your_values(sheet.values))
         for id, item in sheet.items.items():
             worth = f"{points(item.points)} point{'s' * (item.points != 1)}"
-            task = f'<p class="title">{own(printable(item.title))}</p>\n' if item.title else ""
-            head = f"<h3>{own(printable(id))} <span>{worth}</span></h3>\n"
-            body.append(f'<section class="answer">\n{head}{task}</section>\n')
+            body.append(f"{_head(id, worth, item.title)}</section>\n")
         yield file_name(sheet.student, taken), written(f"{title}: {sheet.student}", body)
 
 
