@@ -86,20 +86,9 @@ class Request(NamedTuple):
     lists: Sequence[str] = ()
 
     @property
-    def view(self) -> str:
-        """The option that asks for something else than judgements, or several with `and` between them."""
-        options = [option for option in FORMATS_OF_VIEWS if getattr(self, option.removeprefix("--"))]
-        return " and ".join(options)
-
-    @property
     def gradebook(self) -> str | None:
         """The gradebook that is filled."""
         return self.canvas or self.moodle
-
-    @property
-    def files(self) -> Sequence[str]:
-        """The files that are read besides the assignment and the answers."""
-        return [*filter(None, (self.regrade, self.gradebook, self.roster, self.overrides)), *self.lists]
 
 
 def run(asked: Request) -> int:
@@ -126,7 +115,8 @@ check = command("check", HELP, Request, run)  # the command of typer
 
 def require_consistent(asked: Request) -> None:
     """Raise BadParameter for options that do not go together."""
-    view, formats = asked.view, FORMATS_OF_VIEWS.get(asked.view, tuple(CheckFormat))
+    view = " and ".join(name for name in FORMATS_OF_VIEWS if getattr(asked, name.removeprefix("--")))
+    formats = FORMATS_OF_VIEWS.get(view, tuple(CheckFormat))
     needs_answers = not (asked.selftest or asked.sheets)
     is_csv, is_html = (asked.format is each for each in (CheckFormat.csv, CheckFormat.html))
     wrong = {
@@ -169,7 +159,8 @@ def prepared_for(asked: Request, target: Output) -> "Prepared":
     from rigidcli.homework.assignment import prepare
 
     prepared = prepare(asked.assignment, studies(asked.steps))
-    target.protect(*prepared.files, *asked.files)
+    read = filter(None, (asked.regrade, asked.gradebook, asked.roster, asked.overrides))
+    target.protect(*prepared.files, *read, *asked.lists)
     for note in () if asked.quiet else prepared.notes:
         complain(str(note))
     return prepared
