@@ -39,46 +39,23 @@ if TYPE_CHECKING:
     from rigidcli.homework.base import KeySource
     from rigidcli.homework.reading import Names
 
-Ball: TypeAlias = Any
-"""A ball of python-flint, `flint.arb`."""
+Ball: TypeAlias = Any  # a ball of python-flint, `flint.arb`
+Point: TypeAlias = Mapping[str, Ball]  # values of names
 
-Point: TypeAlias = Mapping[str, Ball]
-
-BITS = 1024
-"""The precision of balls: an answer must agree with its key to some 300 digits."""
-
+BITS = 1024  # the precision of balls: an answer must agree with its key to some 300 digits
+# Sizes of the values of names at the first points: near to one, and far from it.
 RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
-"""Sizes of the values of names at the first points: near to one, and far from it."""
-
+# Points that are tried where a key has few values: one of a hundred is within its conditions.
 MOST_POINTS = 400
-"""Points that are tried where a key has few values: one of a hundred is within its conditions."""
-
-LEAST_POINTS = 4
-"""Points at which both must have values: at fewer, an agreement may be that of two branches only."""
-
-MOST_KEPT = 64
-"""Outcomes that are kept: a reading of an answer is chosen, and then judged."""
-
-MOST_NODES = 400
-"""Nodes of two formulas that are worked out exactly: a larger normal form takes long."""
-
-VAGUE = 0.25
-"""A difference known less precisely than this share of the terms proves nothing."""
-
-UNTESTED = 2.0**-96
-"""A term smaller than this share of the largest one is not tested: it may be rounding, or a narrow peak."""
-
-COARSEST = Fraction(1, 50)
-"""The most that a decimal may be off, as a share of it: 0.33 stands for a third, and 0.3 does not."""
-
-NEVER = 10_000
-"""More figures than a number has."""
-
-ROUNDING_OF_BALLS = 2.0**-256
-"""An error bound, relative to the terms that cancel, which rounding alone explains."""
-
-MAX_POWER = 10_000
-"""The largest whole exponent that is worked out exactly."""
+LEAST_POINTS = 4  # points with values that an agreement needs: at fewer, it may be that of two branches only
+MOST_KEPT = 64  # outcomes that are kept: a reading of an answer is chosen, and then judged
+MOST_NODES = 400  # nodes of two formulas that are worked out exactly: a larger normal form takes long
+VAGUE = 0.25  # a difference known less precisely than this share of the terms proves nothing
+UNTESTED = 2.0**-96  # a smaller share of the largest term is not tested: it may be rounding, or a narrow peak
+COARSEST = Fraction(1, 50)  # the most that a decimal may be off: 0.33 stands for a third, and 0.3 does not
+NEVER = 10_000  # more figures than a number has
+ROUNDING_OF_BALLS = 2.0**-256  # a share of the terms that cancel which rounding alone explains
+MAX_POWER = 10_000  # the largest whole exponent that is worked out exactly
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,31 +94,11 @@ class FormulaComparison:
         """The values of a formula at the first test points of a seed; None where it has no value."""
         from flint import ctx
 
-        steps = Steps()
-        root = steps.add(self.names.without_derived(node))
-        values: list[Ball | None] = []
+        node, steps = self.names.without_derived(node), Steps()
+        root, domains = steps.add(node), _domains(self.names, [node])
         with ctx.workprec(BITS):
-            for point in islice(points(steps.used(self.names.domains), seed or self.name), most):
-                try:
-                    values.append(steps.values(root, point)[root])
-                except (NoValue, Unclear):
-                    values.append(None)
-        return values
-
-    def pivots(self, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
-        """The rows and columns of the pivots of a matrix, at the point where it has the most of them."""
-        from flint import ctx
-
-        table = [[self.values(entry) for entry in row] for row in rows if row]
-        best: tuple[list[int], list[int]] = [], []
-        for place in range(len(RANGES) if table else 0):
-            matrix = [[values[place] for values in row] for row in table]
-            with ctx.workprec(BITS):
-                if all(ball is not None for row in matrix for ball in row):
-                    best = max(best, _pivots(matrix), key=lambda found: len(found[0]))
-            if len(best[0]) == min(len(table), len(table[0])):
-                break
-        return best
+            found = [steps.values(point)[root] for point in islice(points(domains, seed or self.name), most)]
+        return [None if isinstance(value, NoValue) else value for value in found]
 
     def independent(self, node: Node) -> Node:
         """A formula in independent names, such as momenta in place of velocities."""
@@ -196,7 +153,7 @@ class _Comparison:
         self, formulas: FormulaComparison, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
         self.formulas, self.beside, self.nodes = formulas, beside, (answer, key)
-        names, self.relative, self.steps = formulas.names, formulas.relative, Steps()
+        self.relative, self.constant, self.steps = formulas.relative, constant, Steps()
         # In a key 0.5 is a half, and 0.333 may be a third.
         self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
         self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
@@ -206,31 +163,27 @@ class _Comparison:
         of_both = self.relative is None and (is_zero or not self.steps.has_decimals)
         self.measured = (self.key, self.answer) if of_both else (self.key,)
         parts = [self.steps.parts[root] for root in self.measured]
-        self.terms = [term for kind, _, terms in parts if kind == "Sum" for term in terms]
-        self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
-        self.domains = self.steps.used(names.domains)
-        self.changing = [name for name in self.domains if name in names.variable] if constant else None
-        self.seed = f"{formulas.name}\n{self.steps.parts}"
-        self.shown: Shown = set()
+        self.terms = [term for node, _, terms in parts if isinstance(node, tree.Sum) for term in terms]
+        within = [formulas.independent(node) for node in formulas.within]
+        self.within = list(map(self.steps.add, within))
+        self.domains = _domains(formulas.names, [answer, key, *within])
+        self.seed = f"{formulas.name}\n{key}\n{answer}"
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left untested: cheap tests come first."""
         if self.key == self.answer:
             return True
         counts, identical = Counter[_AtPoint](), False
-        for place, point in enumerate(points(self.domains, self.seed)):
+        for place, pair in enumerate(self.pairs()):
             if place >= len(RANGES) and counts.total() - counts[_AtPoint.LEFT_OUT] >= LEAST_POINTS:
                 break
             # The first point shows that most wrong answers are wrong, and costs less than the normal form.
-            if place == 1 and (identical := self.identical()) and not self.steps.sided(self.answer):
+            if place == 1 and (identical := self.identical()) and not sided(self.nodes[0]):
                 return True
-            shown = {*self.shown}
-            found = self.at(point, place, shown)
+            found = self.at(pair)
             if found is _AtPoint.DIFFERS:
                 return False
             counts[found] += 1
-            if found not in (_AtPoint.LEFT_OUT, _AtPoint.VAGUE):  # these show as little as their values
-                self.shown = shown
         if identical and not counts[_AtPoint.LOST]:
             return self.one_sided() or True
         if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
@@ -239,52 +192,37 @@ class _Comparison:
             return f"it has a value at fewer than {LEAST_POINTS} test points"
         if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
-        if untested := self.steps.untested(self.shown):
+        if untested := self.steps.untested():
             return f"`{shortened(reading(untested), 60)}` is too small to be tested"
         return self.one_sided() or True
 
-    def at(self, point: Point, place: int, shown: Shown) -> _AtPoint:
-        """What both are at a point; what their values show is added to `shown`."""
-        pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
-        try:
-            if not all(self.steps.values(e, at, shown)[e] > 0 for e in self.within for at in pair):
-                return _AtPoint.LEFT_OUT
-            states = [self.steps.values(self.key, at, shown) for at in pair]
-        except (NoValue, Unclear):
+    def pairs(self) -> Iterator[Sequence[Point]]:
+        """The test points; where a constant may differ, each with another where all that varies differs."""
+        variable = self.formulas.names.variable
+        changing = {name: domain for name, domain in self.domains.items() if name in variable}
+        others = points(changing, f"{self.seed}\nmoved")
+        for point, other in zip(points(self.domains, self.seed), others, strict=True):
+            yield [point, {**point, **other}] if self.constant else [point]
+
+    def at(self, pair: Sequence[Point]) -> _AtPoint:
+        """What both are at a point; where a constant may differ, their change to another point counts."""
+        states = [self.steps.values(point) for point in pair]
+        needed = [state[place] for state in states for place in (self.key, *self.within)]
+        conditions = [state[place] for state in states for place in self.within]
+        if any(isinstance(value, NoValue) for value in needed) or not all(ball > 0 for ball in conditions):
             return _AtPoint.LEFT_OUT
-        try:
-            both = zip(pair, states, strict=True)
-            states = [self.steps.values(self.answer, at, shown, state) for at, state in both]
-        except NoValue:
-            return _AtPoint.LOST
-        except Unclear:
-            return _AtPoint.UNCLEAR
-        return self.compared(states)
-
-    def identical(self) -> bool:
-        """Whether both have the same normal form."""
-        gap = self.exactly(*self.nodes, lambda answer, key: expand(answer - key))
-        return gap is not None and not gap.terms
-
-    def exactly(self, one: Node, other: Node, combined: Callable[[Expr, Expr], Expr]) -> Expr | None:
-        """Two formulas combined as exact expressions; None where that fails or would take long."""
-        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
-            return None
-        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return combined(_expanded(self.formulas, one), _expanded(self.formulas, other))
-        return None
-
-    def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
-        """The point with other values of some names."""
-        seeds = {name: f"{self.seed}\nmoved {place}\n{name}" for name in changing}
-        others = {name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()}
-        return {**point, **others}
+        missing = [state[self.answer] for state in states if isinstance(state[self.answer], NoValue)]
+        if missing:
+            return _AtPoint.UNCLEAR if all(isinstance(why, Unclear) for why in missing) else _AtPoint.LOST
+        found = self.compared(states)
+        for state in states if found is _AtPoint.AGREES else ():  # what is vague shows as little as its value
+            self.steps.observe(state)
+        return found
 
     def compared(self, states: Sequence[Sequence[Ball]]) -> _AtPoint:
-        """Whether two values agree.
+        """Whether the values of both agree in one state, or change alike between two.
 
-        With a constant allowed, `states` has two states, and the change between them counts. The difference
-        is vague if rounding in the larger state exceeds the value in the smaller one.
+        The difference is vague if rounding in the larger state exceeds the value in the smaller one.
         """
         values = states[0] if len(states) == 1 else [a - b for a, b in zip(*states, strict=True)]
         places = (self.answer, self.key, *self.terms)
@@ -300,15 +238,26 @@ class _Comparison:
         cancelling = min(sum(self.steps.size(root, state) for root in self.measured) for state in states)
         return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
 
+    def identical(self) -> bool:
+        """Whether both have the same normal form."""
+        gap = self.exactly(*self.nodes, lambda answer, key: expand(answer - key))
+        return gap is not None and not gap.terms
+
+    def exactly(self, one: Node, other: Node, combined: Callable[[Expr, Expr], Expr]) -> Expr | None:
+        """Two formulas combined as exact expressions; None where that fails or would take long."""
+        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
+            return None
+        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
+            return combined(_expanded(self.formulas, one), _expanded(self.formulas, other))
+        return None
+
     def one_sided(self) -> str:
         """Why the sign inside a function leaves the outcome open; empty if it does not."""
-        further = Steps()
-        parts = [part for node in self.beside for part in further.sided(further.add(node))]
-        for own, other in ((self.answer, self.key), (self.key, self.answer)):
-            shared = [*self.steps.sided(other), *parts]
-            for function, argument in self.steps.sided(own):
+        for own, other in (self.nodes, self.nodes[::-1]):
+            shared = [pair for node in (other, *self.beside) for pair in sided(node)]
+            for function, argument in sided(own):
                 place = self.steps.add(argument)
-                signs = {(function, place, sign) for sign in (True, False)} & self.shown
+                signs = {(place, True), (place, False)} & self.steps.signs
                 if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
                     continue
                 if not any(self.proportional(argument, node) for name, node in shared if name == function):
@@ -317,26 +266,11 @@ class _Comparison:
         return ""
 
     def proportional(self, one: Node, other: Node) -> bool:
-        """Whether one argument is positive where the other is, or nowhere else than where it is negative.
-
-        The quotient is positive by its form, as 1/(1 - x^2)^2 is, or it, or the product, depends on positive
-        parameters only.
-        """
+        """Whether the quotient of two arguments has one sign by its form, as 1/(1 - x^2)^2 has."""
         quotient = self.exactly(one, other, lambda above, below: tidy(above / below))
-        if one == other or (quotient is not None and is_positive(to_tree(quotient), self.domains)):
-            return True
-        steps = Steps()
-        pair = steps.add(one), steps.add(other)
-        real = [name for name, domain in self.domains.items() if domain == "real"]
-        changes, signs = list[tuple[Ball, Ball]](), set[bool]()
-        for place, point in enumerate(islice(points(self.domains, self.seed), len(RANGES))):
-            with suppress(NoValue, Unclear):
-                states = [steps.values(max(pair), at) for at in (point, self.moved(point, real, place))]
-                (a, b), (c, d) = ([state[root] for root in pair] for state in states)
-                changes.append((a * d - b * c, a * b - c * d))
-                signs |= {a * b > 0} if not (a * b).contains(0) else set()
-        is_fixed = any(all(gap.contains(0) for gap in gaps) for gaps in zip(*changes, strict=True))
-        return len(changes) >= LEAST_POINTS and is_fixed and len(signs) == 1
+        if one == other or quotient is None:
+            return one == other
+        return any(is_positive(to_tree(each), self.domains) for each in (quotient, -quotient))
 
 
 # --- values of formulas at points
@@ -346,46 +280,46 @@ class NoValue(Exception):  # noqa: N818 - it is an outcome
     """A formula has no real value at a point, for sure."""
 
 
-class Unclear(Exception):  # noqa: N818
+class Unclear(NoValue):
     """The balls do not show whether a formula has a value at a point."""
 
 
 def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
-    """The points of a seed: values for all names. The ranges of sizes come again and again."""
+    """The points of a seed: values for all names, whose last bits are a hash, on no lattice of floats.
+
+    The ranges of sizes come again and again.
+    """
     short = hashlib.sha512(seed.encode()).hexdigest()
     for place in range(MOST_POINTS):
-        yield {name: coordinate(f"{short} {place} {name}", domain, place) for name, domain in domains.items()}
+        point = {}
+        for name, domain in domains.items():
+            digest = hashlib.sha512(f"{short} {place} {name}".encode()).digest()
+            low, high = RANGES[place % len(RANGES)]
+            size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
+            tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
+            point[name] = tail * (-size if domain == "real" and digest[7] & 1 else size)
+        yield point
 
 
-def coordinate(seed: str, domain: str, place: int) -> Ball:
-    """The value of a name at one of the points: its last bits are a hash, on no lattice of floats."""
-    digest = hashlib.sha512(seed.encode()).digest()
-    low, high = RANGES[place % len(RANGES)]
-    size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
-    tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
-    return tail * (-size if domain == "real" and digest[7] & 1 else size)
-
-
-_SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
-"""Functions whose formula may differ between arguments of either sign: abs(x) is x or -x."""
-
-Shown: TypeAlias = set[tuple[str, int, Any]]
-"""What the values of formulas have shown, where parts are meant by their places.
-
-The sign of an argument: (function, argument, True where it is positive). A term of a sum, or an argument of a
-function, that was not lost beside others: ("", sum or function, term or argument).
-"""
+def _domains(names: Names, nodes: Sequence[Node]) -> dict[str, str]:
+    """The domains of the names in formulas."""
+    used = set[str]().union(*map(tree.names_in, nodes))
+    return {name: domain for name, domain in names.domains.items() if name in used}
 
 
 class Steps:
     """Formulas as one list of parts: what stands in several places, or formulas, is worked out once.
 
-    A part has a kind, a detail (name, number, function or rational exponent) and the places of its operands.
+    A part is a formula with its detail (the digits of a number, the rational exponent of a power) and the
+    places of its operands. `signs` has the places whose values have been seen on either side of zero: (place,
+    whether it is positive). `tested` has the terms of sums, and the arguments of functions, that were not
+    lost beside others: (place of the sum, place of the term).
     """
 
     def __init__(self) -> None:
-        self.nodes: list[Node] = []
-        self.parts: list[tuple[str, Any, tuple[int, ...]]] = []
+        self.parts: list[tuple[Node, Any, tuple[int, ...]]] = []
+        self.signs: set[tuple[int, bool]] = set()
+        self.tested: set[tuple[int, int]] = set()
         self._places: dict[tuple[Any, ...], int] = {}
         self._decimals: dict[str, tuple[str, int]] = {}
 
@@ -403,11 +337,10 @@ class Steps:
                 detail = _rational(exponent)
                 operands = operands if detail is None else (base,)
         places = tuple([self.add(operand, rounded) for operand in operands])
-        part = (type(node).__name__, detail, places)
+        part = (type(node), detail, places)
         place = self._places.setdefault(part, len(self.parts))
         if place == len(self.parts):
-            self.nodes.append(node)
-            self.parts.append(part)
+            self.parts.append((node, detail, places))
         return place
 
     @property
@@ -415,108 +348,76 @@ class Steps:
         """Whether a decimal in the formulas stands for all numbers that round to it."""
         return any(rounded < NEVER for _, rounded in self._decimals.values())
 
-    def used(self, domains: Mapping[str, str]) -> dict[str, str]:
-        """The domains of the names in the formulas."""
-        names = {detail for kind, detail, _ in self.parts if kind == "Name"}
-        return {name: domain for name, domain in domains.items() if name in names}
-
-    def sided(self, root: int) -> list[tuple[str, Node]]:
-        """The functions of _SIDED in a formula, with their arguments."""
-        inside, functions = {root}, list[tuple[str, Node]]()
-        for place in range(root, -1, -1):
-            kind, detail, places = self.parts[place]
-            if place in inside:
-                inside.update(places)
-                function = _function_of(kind, detail)
-                functions += [(function, self.nodes[places[0]])] if function in _SIDED else []
-        return functions[::-1]
-
-    def untested(self, shown: Shown) -> Node | None:
-        """A term of a sum, or an argument of a function, that was lost beside others at all points."""
-        for place, (kind, _, operands) in enumerate(self.parts):
-            for operand in operands if kind in ("Sum", "Call") else ():
-                if ("", place, operand) not in shown:
-                    return self.nodes[operand]
-        return None
-
-    def values(
-        self, root: int, point: Point, shown: Shown | None = None, before: Sequence[Ball] = ()
-    ) -> list[Ball]:
-        """The values of all parts up to a root, of which the first have been worked out `before`.
-
-        What they show is added to `shown`. Raises NoValue, Unclear.
-        """
-        values = list(before)
-        for place in range(len(values), root + 1):
-            kind, detail, places = self.parts[place]
-            inner = [values[operand] for operand in places]
-            if shown is not None:
-                self._observe(place, inner, shown)
-            values.append(_value(kind, detail, inner, point))
-        if not values[root].is_finite():
-            raise Unclear
+    def values(self, point: Point) -> list[Ball | NoValue]:
+        """The values of all parts at a point, or why there are none."""
+        values = list[Ball | NoValue]()
+        for node, detail, places in self.parts:
+            inner = [values[place] for place in places]
+            missing = [value for value in inner if isinstance(value, NoValue)]
+            try:
+                values.append(missing[0] if missing else _value(node, detail, inner, point))
+            except NoValue as why:
+                values.append(why)
         return values
 
     def size(self, root: int, values: Sequence[Ball]) -> Ball:
         """The size of a formula before its terms cancel, from the values of its parts."""
-        kind, exponent, places = self.parts[root]
-        is_whole_power = kind == "Power" and exponent is not None and exponent.denominator == 1
-        if not is_whole_power and kind not in ("Sum", "Product", "Negative"):
-            return abs(values[root].mid())
-        sizes = [self.size(place, values) for place in places]
-        if is_whole_power:
-            return sizes[0] ** exponent.numerator
-        return math.prod(sizes) if kind == "Product" else sum(sizes)
+        node, exponent, places = self.parts[root]
+        match node:
+            case tree.Sum() | tree.Negative():
+                return sum(self.size(place, values) for place in places)
+            case tree.Product():
+                return math.prod(self.size(place, values) for place in places)
+            case tree.Power() if exponent is not None and exponent.denominator == 1:
+                return self.size(places[0], values) ** exponent.numerator
+        return abs(values[root].mid())
 
-    def _observe(self, place: int, inner: list[Ball], shown: Shown) -> None:
-        """Add what the values of the operands of a part show."""
-        kind, detail, places = self.parts[place]
-        function = _function_of(kind, detail)
-        if kind == "Power" and detail is None and _whole(inner[1]) is not None:
-            function = ""
-        if function in _SIDED and inner[0].is_finite() and not inner[0].contains(0):
-            shown.add((function, places[0], bool(inner[0] > 0)))
-        if kind not in ("Sum", "Call") or all(("", place, operand) in shown for operand in places):
-            return
-        least = max(term.abs_upper() for term in inner) * UNTESTED if kind == "Sum" else UNTESTED
-        for operand, value in zip(places, inner, strict=True):
-            size = value.abs_lower()  # what may be any number is not tested, either
-            is_tested = size > least and size > value.rad()
-            # A plain number may be zero.
-            if is_tested or (value.is_zero() and not tree.names_in(self.nodes[operand])):
-                shown.add(("", place, operand))
+    def observe(self, values: Sequence[Ball]) -> None:
+        """Note what the values of all parts show."""
+        for place, (node, _, operands) in enumerate(self.parts):
+            if not values[place].contains(0):
+                self.signs.add((place, bool(values[place] > 0)))
+            if isinstance(node, tree.Sum | tree.Call):
+                least = UNTESTED
+                if isinstance(node, tree.Sum):
+                    least = max(values[operand].abs_upper() for operand in operands) * UNTESTED
+                for operand in operands:
+                    value, size = values[operand], values[operand].abs_lower()
+                    # What may be any number is not tested, either; a plain number may be zero.
+                    is_zero = value.is_zero() and not tree.names_in(self.parts[operand][0])
+                    if (size > least and size > value.rad()) or is_zero:
+                        self.tested.add((place, operand))
 
-
-def _function_of(kind: str, detail: Any) -> str:
-    """The function of _SIDED that a part is like: x^(1/2) is a square root, x^y like exp(y log(x))."""
-    if kind == "Power" and detail is None:
-        return "log"
-    if kind == "Power":
-        return "" if detail.denominator % 2 else "sqrt"  # odd roots have one formula for either sign
-    return str(detail) if kind == "Call" else ""
+    def untested(self) -> Node | None:
+        """A term of a sum, or an argument of a function, that was lost beside others at all points."""
+        for place, (node, _, operands) in enumerate(self.parts):
+            for operand in operands if isinstance(node, tree.Sum | tree.Call) else ():
+                if (place, operand) not in self.tested:
+                    return self.parts[operand][0]
+        return None
 
 
-def _value(kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
+def _value(node: Node, detail: Any, inner: list[Ball], point: Point) -> Ball:
     """The value of a part from the values of its operands. Raises NoValue, Unclear."""
-    match kind:
-        case "Product":
+    match node:
+        case tree.Product():
             return math.prod(inner)
-        case "Sum":
+        case tree.Sum():
             return sum(inner)
-        case "Name" if detail in point:
-            return point[detail]
-        case "Number":
+        case tree.Name(name) if name in point:
+            return point[name]
+        case tree.Number():
             return _number(*detail)
-        case "Negative":
+        case tree.Negative():
             return -inner[0]
-        case "Reciprocal":
+        case tree.Reciprocal():
             return _inverse(inner[0])
-        case "Power":
+        case tree.Power():
             return _raised(detail, *inner)
-        case "Constant":
+        case tree.Constant():
             return _arb().pi()
-        case "Call" if detail in _FUNCTIONS:
-            return _called(detail, inner)
+        case tree.Call(function) if function in _FUNCTIONS:
+            return _called(function, inner)
     raise Unclear  # a name or a function without a value
 
 
@@ -531,7 +432,7 @@ def _raised(exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
         raise NoValue
     if base.contains(0):
         raise Unclear
-    return base ** (raised if exponent is None else _ball(exponent))
+    return _finite(base ** (raised if exponent is None else _ball(exponent)))
 
 
 def _whole(exponent: Ball) -> Fraction | None:
@@ -550,6 +451,12 @@ def _arb() -> Any:
 
 def _ball(number: Fraction) -> Ball:
     return _arb()(number.numerator) / number.denominator
+
+
+def _finite(value: Ball) -> Ball:
+    if not value.is_finite():
+        raise Unclear
+    return value
 
 
 @lru_cache(1024)
@@ -584,10 +491,8 @@ def _rational(node: Node) -> Fraction | None:
 
 
 def _inverse(value: Ball) -> Ball:
-    if value.is_zero():
-        raise NoValue
     if value.contains(0):
-        raise Unclear
+        raise NoValue if value.is_zero() else Unclear
     return 1 / value
 
 
@@ -597,14 +502,7 @@ def _called(function: str, arguments: list[Ball]) -> Ball:
     least, most = _DOMAINS.get(function, (-math.inf, math.inf))
     if x < least or x > most:
         raise NoValue
-    if function == "sqrt" and x.contains(0):
-        return _arb()(0, x.abs_upper().sqrt().abs_upper())
-    if function == "sign" and x.contains(0) and not x.is_zero():
-        raise Unclear
-    value = _FUNCTIONS[function](*arguments)
-    if not value.is_finite():
-        raise Unclear
-    return value
+    return _finite(_FUNCTIONS[function](*arguments))
 
 
 _DOMAINS: dict[str, tuple[float, float]] = {
@@ -622,7 +520,28 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 }
 
 
+# --- the form of formulas
+
 _TWO = tree.Number("2", 2.0)
+
+# Functions whose formula may differ between arguments of either sign: abs(x) is x or -x.
+_SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
+
+
+def sided(node: Node) -> list[tuple[str, Node]]:
+    """The functions of _SIDED in a formula, with their arguments: x^(1/2) is a square root of x."""
+    found = dict[tuple[str, Node], None]()
+    for part in list(tree.nodes([node]))[::-1]:  # the first to be worked out first
+        match part:
+            case tree.Call(function, (argument, *_)) if function in _SIDED:
+                found[function, argument] = None
+            case tree.Power(base, exponent):
+                rational = _rational(exponent)
+                if rational is None:  # x^y is exp(y log(x))
+                    found["log", base] = None
+                elif rational.denominator % 2 == 0:  # odd roots have one formula for either sign
+                    found["sqrt", base] = None
+    return list(found)
 
 
 def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
@@ -651,20 +570,3 @@ def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return is_even or is_positive(base, domains)
         case _:
             return False
-
-
-def _pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
-    """The rows and the columns of pivots that are certainly not zero, by elimination."""
-    rows = dict(enumerate(matrix))
-    chosen, columns = list[int](), list[int]()
-    for column in range(len(matrix[0])):
-        usable = [place for place, row in rows.items() if not row[column].contains(0)]
-        if usable:
-            place = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
-            pivot = rows.pop(place)
-            for other, row in rows.items():
-                factor = row[column] / pivot[column]
-                rows[other] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
-            chosen.append(place)
-            columns.append(column)
-    return sorted(chosen), columns

@@ -40,7 +40,7 @@ from rigidcli.homework.reading import (
     read_equations,
     read_expressions,
 )
-from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
+from rigidcli.homework.same import BITS, RANGES, Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
@@ -254,7 +254,38 @@ def _given(
 
 
 def _pivots(key: MotionKey, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
-    return key.formulas.pivots([[bound(to_tree(slope), key.meanings) for slope in row] for row in rows])
+    return pivots(key.formulas, [[bound(to_tree(slope), key.meanings) for slope in row] for row in rows])
+
+
+def pivots(formulas: FormulaComparison, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
+    """The rows and columns of the pivots of a matrix, at the point where it has the most of them."""
+    from flint import ctx
+
+    best: tuple[list[int], list[int]] = [], []
+    table = [[formulas.values(entry) for entry in row] for row in rows]
+    with ctx.workprec(BITS):
+        for place in range(len(RANGES)):
+            matrix = [[values[place] for values in row] for row in table]
+            if all(ball is not None for row in matrix for ball in row):
+                best = max(best, _certain(matrix), key=lambda found: len(found[0]))
+    return best
+
+
+def _certain(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
+    """The rows and the columns of pivots that are certainly not zero, by elimination."""
+    rows = dict(enumerate(matrix))
+    chosen, columns = list[int](), list[int]()
+    for column in range(len(matrix[0]) if matrix else 0):
+        usable = [place for place, row in rows.items() if not row[column].contains(0)]
+        if usable:
+            place = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+            pivot = rows.pop(place)
+            for other, row in rows.items():
+                factor = row[column] / pivot[column]
+                rows[other] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
+            chosen.append(place)
+            columns.append(column)
+    return sorted(chosen), columns
 
 
 def _zeros(key: MotionKey, e: Expr) -> str:
@@ -505,7 +536,7 @@ class InvariantsKey:
         exact = [self.motion.formulas.exact(bound(node, self.motion.meanings)) for node in nodes]
         states = list(map(state_of, self.motion.rates))
         slopes = [[to_tree(derivative(e, name)) for name in states] for e in exact]
-        return len(self.motion.formulas.pivots(slopes)[0])
+        return len(pivots(self.motion.formulas, slopes)[0])
 
 
 class InvariantsKind(AnswerKind):
