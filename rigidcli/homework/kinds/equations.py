@@ -19,7 +19,7 @@ from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
-from rigidcli.algebra.matrices import determinant, null_vectors
+from rigidcli.algebra.matrices import Matrix, determinant, null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.phase_space import acceleration, momentum, velocity
@@ -153,15 +153,13 @@ def _orders(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
 class _System:
     """True equations as a linear system for derivatives, the `tops`, of which some may be `missing`.
 
-    Single equations determine some unknowns: `single` has their slopes for each, of which one that never
-    vanishes is enough. The `block` (n by n) of slopes determines the others. `unclear` says why an equation
-    could not be used.
+    Each of the `blocks` determines some unknowns. It has one or more matrices of slopes, of which one whose
+    determinant never vanishes is enough. `unclear` says why an equation could not be used.
     """
 
     tops: tuple[str, ...]
     missing: list[str]
-    single: Sequence[Sequence[Expr]]
-    block: Sequence[Sequence[Expr]]
+    blocks: Sequence[Sequence[Matrix]]
     unclear: str
 
     @property
@@ -171,21 +169,21 @@ class _System:
 
     def gap(self, key: MotionKey) -> str:
         """The states at which the system becomes singular; empty if none."""
-        for slopes in self.single:
-            gaps = [_zeros(key, slope) for slope in slopes]
+        for matrices in self.blocks:
+            try:
+                gaps = [_zeros(key, determinant(matrix)) for matrix in matrices]
+            except ExpressionError as error:
+                return f"where it cannot be worked out: {error.message}"
             if all(gaps):
                 return gaps[0]
-        try:
-            return _zeros(key, determinant(self.block)) if self.block else ""
-        except ExpressionError as error:
-            return f"where it cannot be worked out: {error.message}"
+        return ""
 
 
 def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -> _System:
     """The system of true equations, for the accelerations of the coordinates `second`.
 
     The momenta of these, and the derivatives of the momenta, are further unknowns where they are used. An
-    equation counts as soon as it is linear in the unknowns that no other equation determines.
+    equation counts as soon as it is linear in the unknowns that no other equations determine.
     """
     partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
     gone = {velocity(name) for name in (*second, *partners)}
@@ -198,71 +196,60 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
     residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
     residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
     # A derivative is determined where it is so whatever the further unknowns are: these come first.
-    unknowns = list(dict.fromkeys([*further, *tops]))
-    single = list[list[Expr]]()
+    unknowns, blocks = list(dict.fromkeys([*further, *tops])), list[list[Matrix]]()
     while True:
         rows, unclear = _rows(key, residuals, unknowns)
-        given = _given(key, rows, unknowns, together=bool(unclear))
-        if not given:
-            break
-        single += given.values()
+        given = set[str]()
+        # Equations with the same unknowns may determine these by themselves, or else all equations together.
+        for together in sorted([*map(set, rows), set(unknowns)], key=len):
+            names = [name for name in unknowns if name in together - given]
+            usable = [row for row in rows if row.keys() <= together | given]
+            within = [_of(row, names) for row in usable if not row.keys().isdisjoint(names)]
+            chosen, columns = pivots(key, within)
+            if names and len(columns) == len(names):
+                several = [chosen] if len(names) > 1 else [[place] for place in range(len(within))]
+                blocks.append([[within[place] for place in places] for places in several])
+                given.update(names)
         unknowns = [name for name in unknowns if name not in given]
-    chosen, columns = _pivots(key, rows)
+        if not given or not unclear:
+            break
+    columns = pivots(key, [_of(row, unknowns) for row in rows])[1]
     undetermined = {name for k, name in enumerate(unknowns) if k not in columns}
-    block = [[rows[i][k] for k in columns] for i in chosen]
-    return _System(tops, [name for name in tops if name in undetermined], single, block, unclear)
+    return _System(tops, [name for name in tops if name in undetermined], blocks, unclear)
 
 
-def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
-    """The slopes of linear equations by the unknowns, and why other equations are left out."""
-    rows, unclear = list[list[Expr]](), ""
+def _of(row: Mapping[str, Expr], names: Sequence[str]) -> list[Expr]:
+    return [row.get(name, ZERO) for name in names]
+
+
+def _rows(
+    key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]
+) -> tuple[list[dict[str, Expr]], str]:
+    """The slopes of linear equations by their unknowns, and why other equations are left out."""
+    rows, unclear = list[dict[str, Expr]](), ""
     for residual in residuals:
         try:
             e = key.formulas.exact(residual)
-            slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in unknowns]
+            slopes = {name: expand(derivative(e, name)) for name in unknowns if name in e.names}
         except ExpressionError as error:
             unclear = f"the equations cannot be solved for the derivatives: {error.message}"
             continue
-        if any(not slope.names.isdisjoint(unknowns) for slope in slopes):
+        if any(not slope.names.isdisjoint(unknowns) for slope in slopes.values()):
             unclear = "an equation is not linear in the derivatives"
             continue
         # What is zero for the motion but for rounding is no slope to solve by.
-        values = [key.values(slope) if slope.terms else [] for slope in slopes]
-        is_zero = [all(ball is None or ball.contains(0) for ball in balls) for balls in values]
-        rows.append([ZERO if zero else slope for slope, zero in zip(slopes, is_zero, strict=True)])
+        values = {name: key.values(slope) for name, slope in slopes.items()}
+        zero = {n for n, balls in values.items() if all(ball is None or ball.contains(0) for ball in balls)}
+        rows.append({name: slope for name, slope in slopes.items() if name not in zero})
     return rows, unclear
 
 
-def _given(
-    key: MotionKey, rows: Sequence[list[Expr]], unknowns: Sequence[str], *, together: bool
-) -> dict[str, list[Expr]]:
-    """The unknowns that single equations determine, with their slopes, or some equations `together`."""
-    given: dict[str, list[Expr]] = {}
-    for row in rows:
-        columns = [k for k, slope in enumerate(row) if slope.terms]
-        if len(columns) == 1:
-            given.setdefault(unknowns[columns[0]], []).append(row[columns[0]])
-    for row in rows if together and not given else ():
-        block = [k for k, slope in enumerate(row) if slope.terms]
-        within = [r for r in rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
-        chosen, columns = _pivots(key, within)
-        if block and columns == block:
-            with suppress(ExpressionError):
-                whole = determinant([[within[i][k] for k in block] for i in chosen])
-                return {unknowns[k]: [whole] for k in block}
-    return given
-
-
-def _pivots(key: MotionKey, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
-    return pivots(key.formulas, [[bound(to_tree(slope), key.meanings) for slope in row] for row in rows])
-
-
-def pivots(formulas: FormulaComparison, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
-    """The rows and columns of the pivots of a matrix, at the point where it has the most of them."""
+def pivots(key: MotionKey, rows: Sequence[Sequence[Expr]]) -> tuple[list[int], list[int]]:
+    """The rows and columns of the pivots of a matrix, at the test point where it has the most of them."""
     from flint import ctx
 
     best: tuple[list[int], list[int]] = [], []
-    table = [[formulas.values(entry) for entry in row] for row in rows]
+    table = [[key.values(entry) for entry in row] for row in rows]
     with ctx.workprec(BITS):
         for place in range(len(RANGES)):
             matrix = [[values[place] for values in row] for row in table]
@@ -491,15 +478,15 @@ def of_motion(key: MotionKey) -> Iterator[tuple[str, dict[str, Node]]]:
 
 def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
     """Euler's three rates with the products of the other two of the wrong sign; none for other motions."""
-    functions = {state_of(rate) for rate in key.rates}
-    turned: dict[str, Node] = {}
+    turned = dict[str, Node]()
     for rate, node in key.rates.items():
-        e = expand(key.formulas.exact(node))
-        others = functions - {state_of(rate)}
-        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
-        if len(functions) != 3 or not crossed:
+        others = {state_of(other) for other in key.rates} - {state_of(rate)}
+        back = [
+            {name: Negative(Name(name)) for name in names} for names in (others, [min(others, default="")])
+        ]
+        if len(others) != 2 or key.formulas.same(bound(node, back[0]), node) is not True:
             return {}
-        turned[rate] = to_tree(e - total(crossed) - total(crossed))
+        turned[rate] = bound(node, back[1])
     return turned
 
 
@@ -535,8 +522,7 @@ class InvariantsKey:
         """How many quantities are independent: the largest rank of their gradients at the points."""
         exact = [self.motion.formulas.exact(bound(node, self.motion.meanings)) for node in nodes]
         states = list(map(state_of, self.motion.rates))
-        slopes = [[to_tree(derivative(e, name)) for name in states] for e in exact]
-        return len(pivots(self.motion.formulas, slopes)[0])
+        return len(pivots(self.motion, [[derivative(e, name) for name in states] for e in exact])[0])
 
 
 class InvariantsKind(AnswerKind):
