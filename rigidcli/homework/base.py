@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 Tree: TypeAlias = Any  # an answer as it was typed: texts (numbers too), None, and lists and mappings of them
 Tell: TypeAlias = Callable[[str, Sequence[str]], None]  # gets the name of a file, and the notes on it
 Progress: TypeAlias = Callable[[float], None]  # gets the share that is done
-
 # The verdicts in the order of reports: what waits for a person first.
 Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-
 # Codes for programs, and the sentences that students read. A sentence may follow the name of the part that is
 # meant (`Ixy: not right`). It holds no number, so that it cannot give a reference value away.
 _LINES = Path(__file__).with_name("codes.csv").read_text("utf-8").splitlines()[1:]
@@ -172,9 +170,7 @@ class AnswerKind(ABC):
 # --- marks
 
 PLACES = 6  # decimal places of a score: shares such as 1/3 need an end
-
 MISSING = Outcome("missing", 0.0)  # of a student, or a question, without an answer
-
 # The codes of unreadable parts of an answer, such as one of several equations.
 UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
 

@@ -19,19 +19,13 @@ from rigidcli.fields.units import Unit
 from rigidcli.homework.base import KeySource
 from rigidcli.homework.entries import NOISE
 
-Arrays: TypeAlias = Iterator[tuple[str, Array]]
-"""Codes of mistakes, each with the entries that come out."""
-
+Arrays: TypeAlias = Iterator[tuple[str, Array]]  # codes of mistakes, each with the entries that come out
 EYE = np.eye(3, dtype=int)
-
+# Factors of the entries of a tensor that give its products of inertia the other sign.
 OTHER_PRODUCTS = 2 * EYE - 1
-"""Factors of the entries of a tensor that give its products of inertia the other sign."""
-
 TENS = tuple(10.0**power for power in range(1, 13))
-
+# Factors that people forget in a formula.
 LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
-"""Factors that people forget in a formula."""
-
 TURN = 2 * math.pi
 
 

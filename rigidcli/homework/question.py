@@ -19,15 +19,12 @@ from rigidcli.homework.variants import SCHEMA, read_variants
 
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]
 Names = Annotated[tuple[str, ...], AsList]
-
 KindName = Literal[
     "number", "quantity", "vector", "moments", "matrix", "tensor", "axes", "expression", "equations",
     "invariants", "trajectory", "choice",
 ]  # fmt: skip
-
 # The tolerance of a question that names none: an answer of three figures may be wrong by half a percent.
 RELATIVE = 0.01
-
 # The codes that mean `right but for this`: a question may give a share of its points for them.
 Credited = Literal[
     "unit_missing", "sign_error", "products_of_inertia_sign", "wrong_order", "axis_not_normalised",

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
 Ball: TypeAlias = Any  # a ball of python-flint, `flint.arb`
 Point: TypeAlias = Mapping[str, Ball]  # values of names
-
 BITS = 1024  # the precision of balls: an answer must agree with its key to some 300 digits
 # Sizes of the values of names at the first points: near to one, and far from it.
 RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
@@ -509,9 +508,7 @@ _DOMAINS: dict[str, tuple[float, float]] = {
     "sqrt": (0, math.inf), "log": (0, math.inf), "acosh": (1, math.inf),
     **dict.fromkeys(("asin", "acos", "atanh"), (-1, 1)),
 }  # fmt: skip
-
 _METHODS = "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt cot sec csc"
-
 _FUNCTIONS: dict[str, Callable[..., Ball]] = {
     **{name: operator.methodcaller(name) for name in _METHODS.split()},
     "abs": abs,
@@ -523,7 +520,6 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 # --- the form of formulas
 
 _TWO = tree.Number("2", 2.0)
-
 # Functions whose formula may differ between arguments of either sign: abs(x) is x or -x.
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 

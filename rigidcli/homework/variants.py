@@ -26,16 +26,13 @@ from rigidcli.fields.units import Unit, parse_unit, split_quantity
 
 MOST_VALUES = 1000  # of a variant: each of them is tried in every document, which takes milliseconds
 MOST_VARIANTS = 20  # more parameters with variants than any assignment has
-
 # The keys of a range, and what they mean.
 RANGE = {
     "from": "the first value of a range: `from: 2 cm`",
     "to": "its last value: `to: 5 cm`",
     "step": "from each value to the next: `step: 5 mm`",
 }
-
 Values: TypeAlias = Mapping[str, str]  # values of parameters, as they are typed: `{"a": "2.5 cm"}`
-
 # The JSON Schema of all variants.
 _VALUE = {"type": ["number", "string"]}
 _LIST = {"type": "array", "items": _VALUE, "minItems": 1, "maxItems": MOST_VALUES, "uniqueItems": True}
@@ -45,17 +42,12 @@ _EACH = {"anyOf": [_LIST, _RANGE]}
 SCHEMA: dict[str, Any] = {
     "type": "object", "minProperties": 1, "maxProperties": MOST_VARIANTS, "additionalProperties": _EACH,
 }  # fmt: skip
-
 EXAMPLES = "such as [1, 2, 3] or {from: 2 cm, to: 5 cm, step: 5 mm}"
-
 EXACTLY = Context(prec=50, traps=[Inexact])  # a quotient whose decimals do not end is an error
-
 # A decimal number of a size, and with as many digits, as people type.
 _DECIMAL = re.compile(r"[-+]?(?=\.?[0-9])(?=[0-9.]{1,20}(?![0-9.]))[0-9]*\.?[0-9]*(?:[eE][-+]?[0-9]{1,2})?")
-
 # What stands in braces in a title: the name of a variant, or a part of a formula.
 _BRACES = re.compile(r"\{\s*([^{}]+?)\s*\}")
-
 # A name in braces that is no argument in LaTeX, such as the one of `\sqrt{x}` or `v_{max}`.
 _NAME = re.compile(r"(?<![\w\\^_}])\{\s*([^\W\d]\w*)\s*\}")
 

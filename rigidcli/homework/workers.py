@@ -27,28 +27,22 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 _Task = TypeVar("_Task")
-
+# How processes start: on other systems a fork is not safe, or not there.
 START_METHOD = "fork" if sys.platform == "linux" else "spawn"
-"""How processes start: on other systems a fork is not safe, or not there."""
-
+# Grace period (s) beyond the limit before a worker is killed: one that is spawned loads the program, too.
 GRACE = {"fork": 0.5, "spawn": 60.0}
-"""Grace period (s) beyond the limit before a worker is killed: one that is spawned loads the program, too."""
-
+# Exit codes of a worker without memory, and of one whose result is too long; nothing else has them.
 OUT_OF_MEMORY, TOO_LONG = 103, 104
-"""Exit codes of a worker without memory, and of one whose result is too long; nothing else has them."""
-
 _NO_MEMORY = Unreadable("too_large", "it takes too much memory")
-
+# What a signal or an exit code of a worker means; the system kills one that takes all memory.
 ENDS: dict[str | int, Unreadable] = {
     "SIGALRM": Unreadable("timeout"),
     **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", OUT_OF_MEMORY), _NO_MEMORY),
     "SIGSEGV": Unreadable("too_large", "the process that judged it broke down"),
     TOO_LONG: Unreadable("too_large", "there is too much to say of it"),
 }
-"""What a signal or an exit code of a worker means; the system kills one that takes all memory."""
-
+# The bytes of a result (pickles of an untrusted process are never opened), or why there is none.
 Result: TypeAlias = bytes | Unreadable
-"""The bytes of a result (pickles of an untrusted process are never opened), or why there is none."""
 
 
 def each(

@@ -20,19 +20,16 @@ _EVERY: tuple[AnswerKind, ...] = (
     QuantityKind("number"), QuantityKind("quantity"), VectorKind(), MomentsKind(), MatrixKind(), TensorKind(),
     AxesKind(), ExpressionKind(), EquationsKind(), InvariantsKind(), TrajectoryKind(), ChoiceKind(),
 )  # fmt: skip
-
 KINDS = {kind.name: kind for kind in _EVERY}
-
+# Kinds of results by the last name of their path.
 KIND_BY_NAME = {
     **{name: name for name in ("axes", "moments", "tensor", "equations", "invariants")},
     "tensor_com": "tensor",
     "cyclic": "choice",
     "conserved": "choice",
 }
-"""Kinds of results by the last name of their path."""
-
+# Kinds of answers with symbols, which are compared by values: unknown functions have none.
 OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
-"""Kinds of answers with symbols, which are compared by values: unknown functions have none."""
 
 
 def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:

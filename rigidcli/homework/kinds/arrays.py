@@ -29,11 +29,9 @@ from rigidcli.homework.mistakes import OTHER_PRODUCTS, Arrays, of_tensor, of_vec
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import Question
 
-MOST_ENTRIES = 400
-"""The most entries of an answer: more than any matrix of a course has."""
-
+MOST_ENTRIES = 400  # the most entries of an answer: more than any matrix of a course has
+# The ends of the names of components, in their order: `x`, `L_x`, `omega1`.
 AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
-"""The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -332,8 +330,8 @@ class MatrixKind(ArrayKind):
 
 # --- inertia tensors: products of inertia have a minus sign, Ixy = -sum m x y, unless a question says `plus`
 
+# The components of a tensor, row by row; those with mirror images stand twice.
 COMPONENTS = ("Ixx", "Ixy", "Ixz", "Ixy", "Iyy", "Iyz", "Ixz", "Iyz", "Izz")
-"""The components of a tensor, row by row; those with mirror images stand twice."""
 
 
 class TensorKind(MatrixKind):

@@ -33,24 +33,19 @@ from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import cut, without_labels
 
-MOST_PAIRS = 6
-"""The most pairs of an answer: three are right, and more are surplus."""
-
+MOST_PAIRS = 6  # the most pairs of an answer: three are right, and more are surplus
+# Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes.
 EQUAL_MOMENTS = 1e-3
-"""Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
-
 KG_M2 = parse_unit("kg m^2")
-
 _SEPARATOR = re.compile(r"[,;|\n]")
 _DIVIDED = re.compile(r"\s*/\s*(?:sqrt\s*)?\(?\d+\)?")
+# A sign that an axis has and a number has not.
 _AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]|(?<![^\\W\\d])[ijk](?![^\\W\\d])")
-"""A sign that an axis has and a number has not."""
-
+# What stands between axes, besides the moments.
 _NO_MOMENT = re.compile(
     r"(?i)\b(?:with|along|for|and|axis|axes|direction|vector|eigenvector|moment|mit|um|und|achse|entlang|avec|axe|con|eje)\b"
     r"|(?:\b[^\W\d]\w*\s*=|[,;]\s*[^\W\d]\w*\s*:)(?=[^=:]*\Z)|[-=]>|[\s:,;]+(?=\Z)|(?<=\A)[\s:,;]+"
 )
-"""What stands between axes, besides the moments."""
 
 
 class Pairs(NamedTuple):

@@ -44,13 +44,11 @@ from rigidcli.homework.same import BITS, RANGES, Ball, FormulaComparison, formul
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
+# The equations that can be read, and what is wrong with the others.
 Answer: TypeAlias = tuple[Sequence[Sides], Sequence[Finding]]
-"""The equations that can be read, and what is wrong with the others."""
-
 _DERIVATIVE = re.compile(r"(.+?)(d?)dot")
-
+# Names of momenta: `p`, `px`, `p1`, `p_theta`.
 _MOMENTUM = re.compile(r"[pP](?:[a-zA-Z]?\d*|_\w+|theta|phi|psi)")
-"""Names of momenta: `p`, `px`, `p1`, `p_theta`."""
 
 
 class EquationsKind(AnswerKind):

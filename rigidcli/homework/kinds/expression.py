@@ -23,11 +23,8 @@ from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formul
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import ZERO, Name, Negative, Node, Number, Product, Sum, bound, names_in
 
-ENERGIES = ("hamiltonian", "lagrangian", "energy")
-"""Last names of results to which a constant may be added."""
-
-FACTOR_ERROR = 1e-12
-"""The relative error of a factor that is read from the values of formulas."""
+ENERGIES = ("hamiltonian", "lagrangian", "energy")  # last names of results to which a constant may be added
+FACTOR_ERROR = 1e-12  # the relative error of a factor that is read from the values of formulas
 
 HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
 

@@ -149,42 +149,31 @@ def _of_misfit(key: NumberKey, number: TypedNumber, detail: str) -> Finding:
 
 
 LONGEST_TEXT = 1000  # characters
-
 _YES = ["yes", "y", "yep", "yeah", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"]
 _NO = ["no", "n", "nope", "nein", "non", "falsch", "faux", "falso"]
 TRUTH = dict.fromkeys(_YES, "true") | dict.fromkeys(_NO, "false")
-
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
-
+# The classes of tops: an answer may add, or leave out, `symmetric top` behind them.
 CLASSES = (*get_args(BodyClass), "symmetric")
-"""The classes of tops: an answer may add, or leave out, `symmetric top` behind them."""
-
 STABILITY = ("stable", "unstable", "marginal", "stabil", "instabil", "instable")
-
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
 )
 _SUBJECT = re.compile(
     r"^(?:(?:body|top|system|motion|class|type|it|this|körper|kreisel) (?:is|ist|est|es) )+"
 )
-
 _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
-_REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")
-"""What stands before a reason."""
-
+_REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")  # what stands before a reason
 _AND = re.compile(r"[,;]|\b(?:and|und|et|y)\b|&")
 _OPPOSITE = re.compile(r"\b(?:yes|no|ja|nein|oui|true|false)\b")
 _DOUBTFUL = re.compile(
     r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais|wrong|false|incorrect|falsch|faux)\b"
 )
-
 _HEDGE = re.compile(r"\A(?:almost|nearly|hardly|quasi|fast|presque|casi) ")
-
+# The end of `yes, it is not`; the reason in `yes, it does not depend on t` denies something else.
 _TAKEN_BACK = re.compile(r"\b(?:not|nicht|pas|no)\Z")
-"""The end of `yes, it is not`; the reason in `yes, it does not depend on t` denies something else."""
-
+# Blanks and hyphens between words; a hyphen before the first word may be a minus sign.
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
-"""Blanks and hyphens between words; a hyphen before the first word may be a minus sign."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,25 +23,18 @@ from rigidcli.homework.lists import SECOND, TIME, TypedColumn, read_table, table
 from rigidcli.homework.mistakes import shared_factor
 from rigidcli.report import single_cells
 
+# The columns of each table of results that are judged where the question lists none, by their keys.
 BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
-"""The columns of each table of results that are judged where the question lists none, by their keys."""
-
-ANGLES = re.compile(r"(theta|phi|psi|alpha|beta|gamma)_?[0-9]*")
-"""The usual names of angles."""
-
-QUATERNION = ["q0", "q1", "q2", "q3"]
-"""The components of an orientation, whose common sign has no meaning."""
-
+ANGLES = re.compile(r"(theta|phi|psi|alpha|beta|gamma)_?[0-9]*")  # the usual names of angles
+QUATERNION = ["q0", "q1", "q2", "q3"]  # the components of an orientation, whose common sign has no meaning
 LEAST_SAMPLES = 11
 
 LONGEST_GAP, MOST_MISSING = 0.1, 0.01
 """The longest gap between two rows of an answer, and the time that may be missing at the end, as shares."""
 
+# Times that differ by less than this share of the span are the same: they may be typed with few digits.
 SAME_TIME = 1e-6
-"""Times that differ by less than this share of the span are the same: they may be typed with few digits."""
-
-ZERO_COLUMN = 1e-9
-"""A column below this share of the largest one is zero, but for errors of integration."""
+ZERO_COLUMN = 1e-9  # a column below this share of the largest one is zero, but for errors of integration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
