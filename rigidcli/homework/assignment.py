@@ -305,7 +305,7 @@ def _item(kind: AnswerKind, source: KeySource, folder: Path) -> Item:
 
 def _key(kind: AnswerKind, source: KeySource, folder: Path, *place: str | int) -> Any:
     try:
-        text_of = partial(text_beside, folder / "assignment", None)
+        text_of = partial(text_beside, folder / "assignment", [])
         value = source.value if source.path else kind.loaded(source.value, text_of)
         return kind.key(replace(source, value=value))
     except ValueProblem as problem:

@@ -38,7 +38,7 @@ from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, u
 
 SECONDS = 2.0  # of the processor that one answer may take, so that others have time, too
 LONGEST_ANSWER = 2000  # characters of an answer that reports repeat
-NOT_IN_IT = "this student is not in the roster, and so the values of the questions are unknown"
+LOST = Outcome.review("this student is not in the roster, and so the values of the questions are unknown")
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,19 +129,18 @@ def outcome(
     with suppress(LateError):
         with timed(SECONDS):
             try:
-                result, read_as = _judged(item, item.kind.loaded(answer, partial(text_beside, path, opened)))
+                text_of = partial(text_beside, path, [] if opened is None else opened)
+                result, read_as = _judged(item, item.kind.loaded(answer, text_of))
             except Unreadable as unreadable:
                 result, read_as = unreadable.outcome, ""
         return _with_reference(result, item), read_as
     return Unreadable("timeout").outcome, ""
 
 
-def text_beside(path: Path, opened: list[Path] | None, name: Tree) -> str:
+def text_beside(path: Path, opened: list[Path], name: Tree) -> str:
     """The text of a file that lies beside the one at `path`; it is added to `opened`. Raises Unreadable."""
-    file = beside(name, path)
-    if opened is not None:
-        opened.append(file)
-    return read_file(file, shown(name))
+    opened.append(beside(name, path))
+    return read_file(opened[-1], shown(name))
 
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
@@ -219,35 +218,31 @@ def run(
     `items`. Nobody knows the questions of a student who is not among them: a person must look. `progress`
     gets the share that is done. Raises ComputationError where no process can be started.
     """
-    sheets, lost = {"": items} if own is None else own, Outcome.review(NOT_IN_IT)
-    if own is not None:
-        papers = [
-            paper if paper.student in own else replace(paper, outcome=paper.outcome or lost)
-            for paper in papers
-        ]
+    sheets = [items if own is None else own.get(paper.student) for paper in papers]
+    both = list(zip(papers, sheets, strict=True))
     tasks = [
-        ("" if own is None else paper.student, paper.file)
-        for paper in papers
-        if paper.file is not None and paper.outcome is None
+        (sheet, paper.file)
+        for paper, sheet in both
+        if sheet is not None and paper.file is not None and paper.outcome is None
     ]
     for item in items.values():  # forked workers find modules loaded and caches filled
         with suppress(Exception):  # what is wrong with a key, its own test says
             item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
-    results = each(partial(judge_file, sheets, {}), tasks, jobs or usable_cores(), limits, progress)
-    for paper in papers:
-        result = paper.outcome or next(results)
+    places = range(len(tasks))  # forks have the tasks, and need not be sent them
+    results = each(partial(judge_file, tasks, {}), places, jobs or usable_cores(), limits, progress)
+    for paper, sheet in both:
+        result = paper.outcome or (LOST if sheet is None else next(results))
         if isinstance(result, bytes):
             judgement = Judgement.from_bytes(result)
         else:
             result = result.outcome if isinstance(result, Unreadable) else result
-            judgement = same_for_all(sheets.get(paper.student, items), result)
+            judgement = same_for_all(sheet or items, result)
         yield replace(judgement, student=safe_name(paper.student), source=paper.source, late=paper.is_late)
 
 
-def judge_file(sheets: Mapping[str, Mapping[str, Item]], seen: Seen, task: tuple[str, Path]) -> bytes:
-    """The judgement of an answer file, by the student whose questions it answers (or "") and its path."""
-    student, path = task
-    items = sheets[student]
+def judge_file(tasks: Sequence[tuple[Mapping[str, Item], Path]], seen: Seen, place: int) -> bytes:
+    """The judgement of an answer file, by the questions that it answers and its path."""
+    items, path = tasks[place]
     try:
         return judge(read_file(path), path, items, seen).to_bytes()
     except Unreadable as unreadable:

@@ -57,6 +57,12 @@ ROUNDING_OF_BALLS = 2.0**-256  # a share of the terms that cancel which rounding
 MAX_POWER = 10_000  # the largest whole exponent that is worked out exactly
 
 
+def all_same(outcomes: Iterable[bool | str]) -> bool | str:
+    """Whether all are the same: no if one is not, else why one is open."""
+    several = list(outcomes)
+    return False not in several and next((why for why in several if why is not True), True)
+
+
 @dataclass(frozen=True, eq=False)
 class FormulaComparison:
     """Compares formulas for one question.
@@ -84,10 +90,7 @@ class FormulaComparison:
 
     def vanish(self, nodes: Iterable[Node]) -> bool | str:
         """Whether all formulas are zero, or why this is open."""
-        outcomes = [self.same(node, tree.ZERO) for node in nodes]
-        if False in outcomes:
-            return False
-        return next((why for why in outcomes if isinstance(why, str)), True)
+        return all_same(self.same(node, tree.ZERO) for node in nodes)
 
     def values(self, node: Node, seed: str = "", most: int = len(RANGES)) -> list[Ball | None]:
         """The values of a formula at the first test points of a seed; None where it has no value."""

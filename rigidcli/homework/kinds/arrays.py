@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -28,6 +29,7 @@ from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import OTHER_PRODUCTS, Arrays, of_tensor, of_vector, shared_factor
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import Question
+from rigidcli.homework.same import all_same
 
 MOST_ENTRIES = 400  # the most entries of an answer: more than any matrix of a course has
 # The ends of the names of components, in their order: `x`, `L_x`, `omega1`.
@@ -152,18 +154,16 @@ class ArrayKind(AnswerKind):
 
 def compared(key: ArrayKey, entries: Sequence[Entry]) -> dict[str, Same]:
     """Whether the components of an answer are right, by their names."""
-    components: dict[str, Same] = {}
+    components = defaultdict[str, list[Same]](list)
     for name, own, right in zip(key.labels, entries, key.right, strict=True):
-        same = key.ruler.same(own, right)
-        components[name] = same if components.get(name, True) is True or same is False else components[name]
-    return components
+        components[name].append(key.ruler.same(own, right))
+    return {name: all_same(several) for name, several in components.items()}
 
 
 def settled(key: ArrayKey, entries: Sequence[Entry], compared: Iterable[Same] = ()) -> Outcome:
     """The outcome of an answer in which no entry is wrong."""
-    for same in compared:
-        if isinstance(same, str):
-            return Outcome.review(same)
+    if isinstance(why := all_same(compared), str):
+        return Outcome.review(why)
     if key.question.unit == "required" and key.ruler.has_units and are_bare(entries):
         return Outcome.earning(0.0, Finding("unit_missing"))
     return Outcome.correct()
