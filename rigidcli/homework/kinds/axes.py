@@ -29,6 +29,7 @@ from rigidcli.homework.lists import MOST_BRACKETS, closings_of, in_brackets, rea
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
+from rigidcli.homework.same import all_same
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import cut, without_labels
@@ -115,8 +116,8 @@ class AxesKind(AnswerKind):
         worth, findings = answer.worth(truths)
         findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            why = next((truth for truth in truths if isinstance(truth, str)), "")
-            return Outcome.review(why) if why else answer.by_rules()
+            why = all_same(truths)
+            return Outcome.review(why) if isinstance(why, str) else answer.by_rules()
         if count == 3 and {finding.code for finding in findings} == {"outside_tolerance"}:
             own, expected = key.ruler.numbers(value.moments), answer.expected()
             code = shared_factor(own, expected, key.ruler.unit, key.path, key.ruler.slack)
@@ -156,14 +157,13 @@ class _Answer:
             moments = [TypedNumber(value, value, 1.0) for value in at_point]
         point = replace(self.ruler, formulas=None, noise=ROUNDING * self.ruler.largest)
         self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in moments]
-        self.axes = [_without_zeros(axis) for axis in pairs.axes]
 
     def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
         """Whether a residual of I e and e is zero in symbols; numbers have been compared already."""
         if self.ruler.formulas is None:
             return True
-        tensor, axis = _without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3), self.axes[k]
-        return self.ruler.formulas.vanish(residual(np.asarray(tensor @ axis), axis))
+        tensor, axis = _droppable(self.key.tensor), _droppable(self.given.axes[k])
+        return self.ruler.formulas.vanish(residual(tensor @ axis, axis))
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
@@ -242,10 +242,10 @@ class _Answer:
         return Outcome.correct()
 
 
-def _without_zeros(trees: Sequence[Entry]) -> Array:
-    """Trees, with zeros in a form that sums and products drop."""
-    zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
-    return entries.filled(zeros, (len(zeros),))
+# Trees, with zeros in a form that sums and products drop.
+_droppable = np.vectorize(
+    lambda each: tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each, otypes=[object]
+)
 
 
 # --- reading

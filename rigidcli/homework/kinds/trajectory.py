@@ -167,16 +167,10 @@ def _compared(key: TrajectoryKey, rows: Floats) -> tuple[Floats, Floats, Floats]
 
     The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
     """
-    times, own, slack = rows[:, 0], rows[:, 1:].copy(), SAME_TIME * key.span
-    if key.dense:
-        inside = np.clip(times, key.times[0], key.times[-1])
-        met = np.abs(times - inside) <= slack
-        expected = _between(key.times, key.values, inside[met])
-    else:
-        near = np.abs(times[:, None] - key.times).argmin(axis=1)
-        met = np.abs(times - key.times[near]) <= slack
-        expected = key.values[near[met]]
-    times, own = times[met], own[met]
+    times, inside = rows[:, 0], np.clip(rows[:, 0], key.times[0], key.times[-1])
+    nearest = inside if key.dense else key.times[np.abs(times[:, None] - key.times).argmin(axis=1)]
+    met = np.abs(times - nearest) <= SAME_TIME * key.span
+    times, own, expected = times[met], rows[met, 1:], _between(key.times, key.values, nearest[met])
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
