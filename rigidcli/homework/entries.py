@@ -7,7 +7,7 @@ tensors and axes is made of questions about single entries.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, TypeVar
@@ -23,7 +23,7 @@ from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Finding, KeySource, Tree, Unreadable
 from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, read_numbers, readings_of
 from rigidcli.homework.question import RELATIVE, Tolerance
-from rigidcli.homework.reading import exactly, names_of, read_expression, read_expressions
+from rigidcli.homework.reading import Names, exactly, names_of, read_expression, read_expressions
 from rigidcli.homework.same import FormulaComparison, formulas_of
 from rigidcli.language import tree
 from rigidcli.language.expression import real
@@ -219,15 +219,24 @@ def is_constant(entry: Entry | Right) -> bool:
 def literal(source: KeySource, table: Array, places: Sequence[str]) -> tuple[Ruler, Array]:
     """The ruler and the entries of a literal key, of a table of what is typed. Raises Unreadable."""
     cells = table.ravel().tolist()
-    ruler = Ruler(source.question.tolerance)
+    ruler, listed = Ruler(source.question.tolerance), source.question.symbols
     try:
+        if listed and any(_holds(listed, cell, names_of(source)) for cell in cells):
+            raise Unreadable("not_a_number")
         units = [each.unit for cell in cells if (each := readings_of(cell)[0]).unit is not None]
     except Unreadable:
-        pairs = () if source.question.symbols else zip(cells, places, strict=True)
+        pairs = () if listed else zip(cells, places, strict=True)
         ruler = _with_symbols(ruler, source, [read_expression(cell, None, place) for cell, place in pairs])
         return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
     return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
+
+
+def _holds(listed: Collection[str], cell: Tree, names: Names) -> bool:
+    """Whether an entry holds a letter that the question lists, though it may be a unit, too: `2 m`."""
+    with suppress(Unreadable):
+        return not tree.names_in(read_expression(cell, names)).isdisjoint(listed)
+    return False
 
 
 def computed(source: KeySource, value: Any) -> tuple[Ruler, Array]:
