@@ -427,9 +427,9 @@ class MomentsKind(ArrayKind):
 
     def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """The outcome of moments in the order of the key: right ones are paired first, the rest by size."""
-        count = len(key.right)
-        partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value])
-        own = {place: k for k, place in enumerate(partners) if place is not None}
+        count, ranks = len(key.right), _ranks(key.ruler, value)
+        partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value], ranks)
+        own = {place: k for k, place in partners.items()}
         if len(value) != count:
             zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
@@ -437,7 +437,7 @@ class MomentsKind(ArrayKind):
             detail = f"read {how_many((len(value),))}, expected {count}"
             surplus = max(0, len(value) - count)
             return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
-        rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)
+        rest = (k for k in ranks if k not in partners)
         order = [own[place] if place in own else next(rest) for place in range(count)]
         labels = tuple(f"moment {k + 1}" for k in order)  # each is called by its place in the answer
         ordered = replace(key, labels=labels, counted=frozenset(labels))
@@ -459,16 +459,15 @@ def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:
     return ranks
 
 
-def matched(same: Sequence[Sequence[Same]]) -> list[int | None]:
-    """Partners of rows: a column with which each is the same, no column twice; None for what is left.
+def matched(same: Sequence[Sequence[Same]], ranks: Sequence[int]) -> dict[int, int]:
+    """The columns with which rows are the same, no column twice, by the rows.
 
-    Greedy matching by earliest end: it is optimal where the columns of each row are consecutive, as those
-    within a tolerance are (F. Glover, Naval Research Logistics Quarterly 14 (1967) 313).
+    Rows in the order of their `ranks`, and columns, are ascending numbers. As tolerances ascend, too, nothing
+    is lost if each row takes the first column that is left.
     """
-    ends = [max((k for k, each in enumerate(row) if each is True), default=0) for row in same]
     columns: dict[int, int] = {}
-    for column, entries in enumerate(zip(*same, strict=True)):
-        free = [row for row, each in enumerate(entries) if each is True and row not in columns]
-        if free:
-            columns[min(free, key=ends.__getitem__)] = column
-    return [columns.get(row) for row in range(len(same))]
+    for row in ranks:
+        free = (k for k, each in enumerate(same[row]) if each is True and k not in columns.values())
+        if (column := next(free, None)) is not None:
+            columns[row] = column
+    return columns

@@ -201,7 +201,8 @@ class _Answer:
         """How many pairs are right, by the truths of all, and what is said of the others."""
         worth, findings = 0.0, list[Finding]()
         seen, sound = list[int](), list[int]()
-        partners, has_moments = arrays.matched(self.moments), bool(self.given.moments)
+        ranks = np.argsort(self.ruler.numbers(self.given.moments)[:, 0]).tolist()
+        partners, has_moments = arrays.matched(self.moments, ranks), bool(self.given.moments)
         for k, truth in enumerate(truths):
             place = f"axis {k + 1}"
             axis = self.axis(k) if truth is False else truth
@@ -217,7 +218,7 @@ class _Answer:
                 sound.append(k)
                 worth += 1
             elif truth is False:
-                moment = has_moments and partners[k] is not None
+                moment = k in partners
                 # Where every direction is an axis, one is worth nothing without its moment.
                 worth += 0.5 * (moment or (axis is True and not self.key.equal.all()))
                 if axis is not True:

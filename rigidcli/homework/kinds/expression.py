@@ -113,16 +113,13 @@ def _tree(source: KeySource) -> Node:
         if isinstance(source.value, Expr):
             return to_tree(source.value)
         raise ValueProblem("what is asked for is not one expression")
-    names = names_of(source)
-    try:
+    code = ""
+    for names in (names_of(source), None):  # without names, letters may stand in it that are not listed
         try:
-            return read_expression(source.value, names if names.words.names != ("t",) else None)
+            return read_expression(source.value, names)
         except Unreadable as unreadable:
-            if unreadable.findings[0].code != "unknown_symbol":
-                raise
-            return read_expression(source.value, None)  # with letters that the question does not list
-    except Unreadable as unreadable:
-        raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
+            code = code or unreadable.findings[0].code
+    raise ValueProblem(f"the key cannot be read: {code}")
 
 
 def _relative(tolerance: Tolerance) -> float | None:
