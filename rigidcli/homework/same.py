@@ -259,7 +259,7 @@ class _Comparison:
             shared = [pair for node in (other, *self.beside) for pair in sided(node)]
             for function, argument in sided(own):
                 place = self.steps.add(argument)
-                signs = {(place, True), (place, False)} & self.steps.signs
+                signs = {(function, place, True), (function, place, False)} & self.steps.signs
                 if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
                     continue
                 if not any(self.proportional(argument, node) for name, node in shared if name == function):
@@ -313,14 +313,14 @@ class Steps:
     """Formulas as one list of parts: what stands in several places, or formulas, is worked out once.
 
     A part is a formula with its detail (the digits of a number, the rational exponent of a power) and the
-    places of its operands. `signs` has the places whose values have been seen on either side of zero: (place,
-    whether it is positive). `tested` has the terms of sums, and the arguments of functions, that were not
-    lost beside others: (place of the sum, place of the term).
+    places of its operands. `signs` has the signs of arguments that have been seen: (function, place of its
+    argument, whether that is positive). `tested` has the terms of sums, and the arguments of functions, that
+    were not lost beside others: (place of the sum, place of the term).
     """
 
     def __init__(self) -> None:
         self.parts: list[tuple[Node, Any, tuple[int, ...]]] = []
-        self.signs: set[tuple[int, bool]] = set()
+        self.signs: set[tuple[str, int, bool]] = set()
         self.tested: set[tuple[int, int]] = set()
         self._places: dict[tuple[Any, ...], int] = {}
         self._decimals: dict[str, tuple[str, int]] = {}
@@ -376,15 +376,18 @@ class Steps:
 
     def observe(self, values: Sequence[Ball]) -> None:
         """Note what the values of all parts show."""
-        for place, (node, _, operands) in enumerate(self.parts):
-            if not values[place].contains(0):
-                self.signs.add((place, bool(values[place] > 0)))
+        for place, (node, detail, operands) in enumerate(self.parts):
+            inner = [values[operand] for operand in operands]
+            function = function_of(node)
+            is_whole = isinstance(node, tree.Power) and detail is None and _whole(inner[1]) is not None
+            if function and not is_whole and not inner[0].contains(0):
+                self.signs.add((function, operands[0], bool(inner[0] > 0)))
             if isinstance(node, tree.Sum | tree.Call):
                 least = UNTESTED
                 if isinstance(node, tree.Sum):
-                    least = max(values[operand].abs_upper() for operand in operands) * UNTESTED
-                for operand in operands:
-                    value, size = values[operand], values[operand].abs_lower()
+                    least = max(value.abs_upper() for value in inner) * UNTESTED
+                for operand, value in zip(operands, inner, strict=True):
+                    size = value.abs_lower()
                     # What may be any number is not tested, either; a plain number may be zero.
                     is_zero = value.is_zero() and not tree.names_in(self.parts[operand][0])
                     if (size > least and size > value.rad()) or is_zero:
@@ -527,20 +530,23 @@ _TWO = tree.Number("2", 2.0)
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 
 
+def function_of(node: Node) -> str:
+    """The function of _SIDED that a part is like: x^(1/2) is a square root, and x^y is exp(y log(x))."""
+    match node:
+        case tree.Call(function, _) if function in _SIDED:
+            return function
+        case tree.Power(_, exponent):
+            rational = _rational(exponent)
+            odd_root = rational is not None and rational.denominator % 2  # it has one formula for either sign
+            return "log" if rational is None else "" if odd_root else "sqrt"
+    return ""
+
+
 def sided(node: Node) -> list[tuple[str, Node]]:
-    """The functions of _SIDED in a formula, with their arguments: x^(1/2) is a square root of x."""
-    found = dict[tuple[str, Node], None]()
-    for part in list(tree.nodes([node]))[::-1]:  # the first to be worked out first
-        match part:
-            case tree.Call(function, (argument, *_)) if function in _SIDED:
-                found[function, argument] = None
-            case tree.Power(base, exponent):
-                rational = _rational(exponent)
-                if rational is None:  # x^y is exp(y log(x))
-                    found["log", base] = None
-                elif rational.denominator % 2 == 0:  # odd roots have one formula for either sign
-                    found["sqrt", base] = None
-    return list(found)
+    """The functions of _SIDED in a formula, with their arguments, the first to be worked out first."""
+    parts = reversed(list(tree.nodes([node])))
+    found = [(name, tree.operands(part)[0]) for part in parts if (name := function_of(part))]
+    return list(dict.fromkeys(found))
 
 
 def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
