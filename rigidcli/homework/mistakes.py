@@ -109,13 +109,15 @@ def _factors(unit: Unit | None, path: tuple[str, ...]) -> Iterator[tuple[str, fl
     dimension = DIMENSIONLESS if unit is None else unit.dimension
     is_rate = dimension.time in (1, -1) and not (dimension.mass or dimension.length)
     is_bare = unit is None and not path
+    is_turn = is_rate or dimension.cycle or is_bare
+    is_angle = dimension.angle or dimension.time or dimension == DIMENSIONLESS
+    slips: dict[str, Sequence[float]] = {
+        "power_of_ten": TENS,
+        "degrees_radians": (180 / math.pi,) if is_angle else (),
+        "frequency_vs_angular_frequency": (TURN,) if is_turn else (),
+        "constant_factor": LOST,
+    }
     yield "sign_error", -1.0
-    slips: dict[str, Sequence[float]] = {"power_of_ten": TENS}
-    if dimension.angle or dimension.time or dimension == DIMENSIONLESS:
-        slips["degrees_radians"] = (180 / math.pi,)
-    if is_rate or dimension.cycle or is_bare:
-        slips["frequency_vs_angular_frequency"] = (TURN,)
-    slips["constant_factor"] = LOST
     for code, factors in slips.items():
         for factor in factors:
             yield code, factor

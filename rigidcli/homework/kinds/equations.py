@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
 from rigidcli.algebra.matrices import Matrix, determinant, null_vectors
 from rigidcli.algebra.reading import from_tree
@@ -101,10 +101,9 @@ class EquationsKind(AnswerKind):
             return self._complete(key, systems, remarks)
         if best.unclear and not false:
             return Outcome.review(best.unclear, *remarks)
-        has_values, findings = bool(key.formulas.names.values), list[Finding]()
-        with_values = replace(key, formulas=replace(key.formulas, numbers=True))
+        findings, with_values = list[Finding](), replace(key, formulas=replace(key.formulas, numbers=True))
         for place, left, right in false:
-            is_number = has_values and with_values.is_true(left, right) is True
+            is_number = with_values.is_true(left, right) is True
             findings.append(Finding("number_for_symbol" if is_number else "equation_wrong", place))
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
@@ -444,10 +443,10 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
     rows: list[list[Expr]] = []
     for left, right in sides:
         parts = coefficients(from_tree(Sum((left, Negative(right)))), tops)
-        if parts is None or any(sum(powers) > 1 for powers in parts):
+        if not has_degrees(parts, 0, 1):
             raise ValueProblem("the equations are not linear in the derivatives")
-        units = [tuple(int(i == place) for i in range(len(tops))) for place in range(len(tops))]
-        rows.append([parts.get(powers, ZERO) for powers in (*units, (0,) * len(tops))])
+        slopes = [coefficient(parts, len(tops), place) for place in range(len(tops))]
+        rows.append([*slopes, coefficient(parts, len(tops))])
     if len(rows) != len(tops):
         raise ValueProblem(f"{len(rows)} equations do not go with {len(tops)} unknown functions of the time")
     vectors = null_vectors([*rows, [ZERO] * (len(tops) + 1)])
