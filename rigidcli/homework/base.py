@@ -281,19 +281,16 @@ def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
 
     All texts are safe to print, and only the level `full` has references.
     """
-
-    def shown_to_students(question: Judged) -> Judged:
+    questions = list[Judged]()
+    for question in sorted(judgement.questions, key=lambda question: question.verdict != "review"):
         findings = question.findings if feedback.reasons else ()
         if feedback is not Feedback.full:
             findings = tuple(replace(finding, reference="") for finding in findings)
-        texts = {name: printable(getattr(question, name)) for name in ("id", "title", "answer", "read_as")}
-        return replace(question, findings=findings, **texts)
-
-    waiting_first = sorted(judgement.questions, key=lambda question: question.verdict != "review")
+        safe = replace(question, id=printable(question.id), title=printable(question.title))
+        answer, read_as = printable(question.answer), printable(question.read_as)
+        questions.append(replace(safe, answer=answer, read_as=read_as, findings=findings))
     student, source = printable(judgement.student), printable(judgement.source)
-    return replace(
-        judgement, student=student, source=source, questions=tuple(map(shown_to_students, waiting_first))
-    )
+    return replace(judgement, student=student, source=source, questions=tuple(questions))
 
 
 def sentence(finding: Finding) -> str:

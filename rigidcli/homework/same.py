@@ -102,6 +102,19 @@ class FormulaComparison:
             found = [steps.values(point)[root] for point in islice(points(domains, seed or self.name), most)]
         return [None if isinstance(value, NoValue) else value for value in found]
 
+    def pivots(self, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
+        """The rows and columns of the pivots of a matrix, at the test point where it has the most of them."""
+        from flint import ctx
+
+        best: tuple[list[int], list[int]] = [], []
+        table = [[self.values(entry) for entry in row] for row in rows]
+        with ctx.workprec(BITS):
+            for place in range(len(RANGES)):
+                matrix = [[values[place] for values in row] for row in table]
+                if all(ball is not None for row in matrix for ball in row):
+                    best = max(best, _pivots(matrix), key=lambda found: len(found[0]))
+        return best
+
     def independent(self, node: Node) -> Node:
         """A formula in independent names, such as momenta in place of velocities."""
         node = self.names.without_derived(node)
@@ -350,9 +363,9 @@ class Steps:
         """Whether a decimal in the formulas stands for all numbers that round to it."""
         return any(rounded < NEVER for _, rounded in self._decimals.values())
 
-    def values(self, point: Point) -> list[Ball | NoValue]:
-        """The values of all parts at a point, or why there are none."""
-        values = list[Ball | NoValue]()
+    def values(self, point: Point) -> list[Ball]:
+        """The values of all parts at a point, NoValue or Unclear where there is none."""
+        values = list[Ball]()
         for node, detail, places in self.parts:
             inner = [values[place] for place in places]
             missing = [value for value in inner if isinstance(value, NoValue)]
@@ -575,3 +588,20 @@ def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return is_even or is_positive(base, domains)
         case _:
             return False
+
+
+def _pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
+    """The rows and the columns of pivots that are certainly not zero, by elimination."""
+    rows = dict(enumerate(matrix))
+    chosen, columns = list[int](), list[int]()
+    for column in range(len(matrix[0]) if matrix else 0):
+        usable = [place for place, row in rows.items() if not row[column].contains(0)]
+        if usable:
+            place = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+            pivot = rows.pop(place)
+            for other, row in rows.items():
+                factor = row[column] / pivot[column]
+                rows[other] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
+            chosen.append(place)
+            columns.append(column)
+    return sorted(chosen), columns

@@ -40,7 +40,7 @@ from rigidcli.homework.reading import (
     read_equations,
     read_expressions,
 )
-from rigidcli.homework.same import BITS, RANGES, Ball, FormulaComparison, formulas_of
+from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
@@ -202,7 +202,7 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
             names = [name for name in unknowns if name in together - given]
             usable = [row for row in rows if row.keys() <= together | given]
             within = [_of(row, names) for row in usable if not row.keys().isdisjoint(names)]
-            chosen, columns = pivots(key, within)
+            chosen, columns = key.pivots(within)
             if names and len(columns) == len(names):
                 several = [chosen] if len(names) > 1 else [[place] for place in range(len(within))]
                 blocks.append([[within[place] for place in places] for places in several])
@@ -210,7 +210,7 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
         unknowns = [name for name in unknowns if name not in given]
         if not given or not unclear:
             break
-    columns = pivots(key, [_of(row, unknowns) for row in rows])[1]
+    columns = key.pivots([_of(row, unknowns) for row in rows])[1]
     undetermined = {name for k, name in enumerate(unknowns) if k not in columns}
     return _System(tops, [name for name in tops if name in undetermined], blocks, unclear)
 
@@ -239,37 +239,6 @@ def _rows(
         zero = {n for n, balls in values.items() if all(ball is None or ball.contains(0) for ball in balls)}
         rows.append({name: slope for name, slope in slopes.items() if name not in zero})
     return rows, unclear
-
-
-def pivots(key: MotionKey, rows: Sequence[Sequence[Expr]]) -> tuple[list[int], list[int]]:
-    """The rows and columns of the pivots of a matrix, at the test point where it has the most of them."""
-    from flint import ctx
-
-    best: tuple[list[int], list[int]] = [], []
-    table = [[key.values(entry) for entry in row] for row in rows]
-    with ctx.workprec(BITS):
-        for place in range(len(RANGES)):
-            matrix = [[values[place] for values in row] for row in table]
-            if all(ball is not None for row in matrix for ball in row):
-                best = max(best, _certain(matrix), key=lambda found: len(found[0]))
-    return best
-
-
-def _certain(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
-    """The rows and the columns of pivots that are certainly not zero, by elimination."""
-    rows = dict(enumerate(matrix))
-    chosen, columns = list[int](), list[int]()
-    for column in range(len(matrix[0]) if matrix else 0):
-        usable = [place for place, row in rows.items() if not row[column].contains(0)]
-        if usable:
-            place = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
-            pivot = rows.pop(place)
-            for other, row in rows.items():
-                factor = row[column] / pivot[column]
-                rows[other] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
-            chosen.append(place)
-            columns.append(column)
-    return sorted(chosen), columns
 
 
 def _zeros(key: MotionKey, e: Expr) -> str:
@@ -332,6 +301,10 @@ class MotionKey:
     def values(self, e: Expr) -> list[Ball | None]:
         """The values of an expression, which may hold derivatives, at the test points."""
         return self.formulas.values(bound(to_tree(e), self.meanings))
+
+    def pivots(self, rows: Sequence[Sequence[Expr]]) -> tuple[list[int], list[int]]:
+        """The rows and columns of the pivots of a matrix, which may hold derivatives."""
+        return self.formulas.pivots([[bound(to_tree(e), self.meanings) for e in row] for row in rows])
 
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
@@ -519,7 +492,7 @@ class InvariantsKey:
         """How many quantities are independent: the largest rank of their gradients at the points."""
         exact = [self.motion.formulas.exact(bound(node, self.motion.meanings)) for node in nodes]
         states = list(map(state_of, self.motion.rates))
-        return len(pivots(self.motion, [[derivative(e, name) for name in states] for e in exact])[0])
+        return len(self.motion.pivots([[derivative(e, name) for name in states] for e in exact])[0])
 
 
 class InvariantsKind(AnswerKind):
