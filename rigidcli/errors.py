@@ -50,12 +50,8 @@ class ComputationError(RigidError):
     """The document is fine, but what was asked cannot be computed."""
 
 
-UNKNOWN_KEY = "unknown_key"
-"""The code of a problem with a key that no document has."""
-
-
-UNSETTLED = "unsettled"
-"""The code of a problem that follows from that of a parameter, and is not shown."""
+UNKNOWN_KEY = "unknown_key"  # the code of a problem with a key that no document has
+UNSETTLED = "unsettled"  # the code of a problem that follows from that of a parameter, and is not shown
 
 
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
@@ -63,7 +59,8 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
 
     It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path` leads to
     the value: keys of mappings and indices of lists. `typed` is a text in the document that the message shows
-    with its line. `code` names the kind of problem.
+    with its line. `code` names the kind of problem. What stands under a wrong key is read at the place in the
+    same section where it was `meant` to stand.
     """
 
     exit_code = 3
@@ -76,11 +73,13 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
         hint: str | None = None,
         typed: str | None = None,
         code: str = "",
+        meant: Path = (),
     ) -> None:
         super().__init__(message, hint=hint)
         self.path = path
         self.typed = typed
         self.code = code
+        self.meant = meant
 
     def below(self, *path: str | int) -> Self:
         """The same problem, as seen from further up the document."""

@@ -24,11 +24,11 @@ from rigidcli.bodies.form import Form
 from rigidcli.bodies.primitives import Figure
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem, did_you_mean, with_article
+from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
-from rigidcli.fields.environment import BoundExpression
+from rigidcli.fields.environment import BoundExpression, Environment
 from rigidcli.fields.quantities import Mass
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, environment, unknown_key
 from rigidcli.fields.words import halved, keys_called, not_one_of
 
 # A point (x, y, z in m, own axes) of a shape, which follows from its dimensions.
@@ -160,21 +160,23 @@ class Shape(Form):
         return _is_list(field) and (Ellipsis in entries or len(value) == len(entries))
 
     @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+    def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         if raw[key] == "hole":
             return ValueProblem("unknown key", hint="write `hole: true`")
         for radius in halved(key):
             if radius in cls.model_fields:
                 cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
-                return ValueProblem(f"unknown key{did_you_mean(radius)}", hint=cure)
+                return unknown_key(radius, cure)
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
             hint = None if cls.holds(dimension, raw[key]) else cls.summary()
-            return ValueProblem(f"unknown key{did_you_mean(dimension)}", hint=hint)
-        problem = super()._unknown(key, raw)
-        if problem.hint is not None and "known keys" in problem.hint:
-            problem.hint = f"{cls.summary()}; any body may have {', '.join(Form.model_fields)}"
-        return problem
+            return unknown_key(dimension, hint)
+        return super()._unknown(key, raw, env)
+
+    @classmethod
+    def _unguessed(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        hint = f"{cls.summary()}; any body may have {', '.join(Form.model_fields)}"
+        return ValueProblem("unknown key", hint=hint)
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:

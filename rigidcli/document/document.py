@@ -111,40 +111,41 @@ class Document(Section):
                 )
 
     @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+    def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         if key in ("questions", "answers"):
             what = "an assignment" if key == "questions" else "an answer file"
             hint = f"this is {what}: `rigidcli check ASSIGNMENT ANSWERS`"
             return ValueProblem("belongs to no document", hint=hint)
         if isinstance(raw.get("parameters"), dict) and key in raw["parameters"]:
             return ValueProblem("is a parameter", hint=f"its path is `parameters.{key}`")
-        return super()._unknown(key, raw)
+        return super()._unknown(key, raw, env)
 
     @classmethod
-    def _section_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, str] | None:
-        """The section to which a key at the top belongs, and its name there."""
+    def _place_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, ...]:
+        """Where a key at the top belongs: the section, and the way from there; empty for any other key."""
         from rigidcli.fields.words import keys_called
 
-        section, *inner = map(str.strip, re.split(r"\.|->|/", key, maxsplit=1))
+        section, *inner = map(str.strip, re.split(r"\.|->|/", key))
         if inner and section in cls.model_fields:
-            return section, inner[0]
+            return section, *inner
         for word in (key, *keys_called(key)) if key not in cls.model_fields else ():
             if names := [name for name in places().get(word, ()) if name]:
                 # Beside a system, a duration is that of the orbit, not of a motion.
                 own = [name for name in names if name in ("system", *cls.NEEDS)]
                 return (own if own and raw.get("system") is not None else names)[0], word
-        return None
+        return ()
 
     @classmethod
     def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
-        place = cls._section_of(key, raw)
-        if place is None or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
+        place = cls._place_of(key, raw)
+        if not place or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
             return None
-        name, word = place
-        hint = f"write `{name}: {{{word}: ...}}`; its path is `{name}.{word}`"
+        name, *inner = place
+        hint = f"write `{': {'.join(place)}: ...{'}' * len(inner)}`; its path is `{'.'.join(place)}`"
         if name in raw and raw[name] is None:
             hint = f"begin this line with two blanks, so that it is below `{name}:`"
-        return ValueProblem(f"belongs inside `{name}`", hint=hint)
+        has_list = any(step.isdecimal() for step in inner)
+        return ValueProblem(f"belongs inside `{name}`", hint=hint, meant=() if has_list else place)
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:

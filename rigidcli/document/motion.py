@@ -149,7 +149,8 @@ class Motion(Sampling):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         if key == "gravity":
-            return ValueProblem("belongs inside `torque`", hint=f"write `torque: {{gravity: {raw[key]}}}`")
+            hint = f"write `torque: {{gravity: {raw[key]}}}`"
+            return ValueProblem("belongs inside `torque`", hint=hint, meant=("torque", key))
         return super()._stranger(key, raw, env)
 
     @model_validator(mode="after")

@@ -10,10 +10,11 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import MOST_NAMES, in_order, read_mapping, read_name, read_names
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.document.parameters import MOST_NAMES, in_order, read_list, read_mapping, read_name, read_names
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import ReadBy, Section, environment, optional, refuse
+from rigidcli.fields.words import list_meant
 from rigidcli.language.expression import Expression
 
 MOST_COORDINATES = MOST_NAMES // 2  # the most coordinates of a system, which have as many momenta
@@ -49,25 +50,22 @@ def read_new_names(
     """
     env = environment(info)
     if isinstance(raw, str):
-        raw = [
-            name
-            for name in re.split(r"[,;\s]+", raw.strip("[](){} "))
-            if name not in ("and", "und", "et", "&")
-        ]
+        raw = re.split(r"(?:[,;\s]|\b(?:and|und|et)\b|&)+", raw.strip("[](){} "))
     if not isinstance(raw, list | tuple):
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:
         raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-    names, problems = dict[str, str](), list[ValueProblem]()
-    for index, entry in enumerate(raw):
-        with gathered(problems, index):
-            name = read_name(entry)
-            if name in names:
-                raise ValueProblem(f"{shown(entry)} stands here already")
-            take(env, {name: f"one of the {what}", **derived(name)})
-            names[name] = name
-    refuse(what, problems)
-    return tuple(names)
+    names = set[str]()
+
+    def read(entry: object, place: int) -> str:
+        name = read_name(entry)
+        if name in names:
+            raise ValueProblem(f"{shown(entry)} stands here already")
+        take(env, {name: f"one of the {what}", **derived(name)})
+        names.add(name)
+        return name
+
+    return tuple(read_list(raw, read, what))
 
 
 def read_equation(raw: object, read: Callable[[object], Expression], expected: str, hint: str) -> Expression:
@@ -257,13 +255,13 @@ class Transform(Section):
     F4: Generating | None = optional("Generating function of old momenta, new momenta and t")
 
     @classmethod
-    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
-        problem = super()._stranger(key, raw, env)
-        if "known keys" in (problem.hint or "") and not isinstance(raw[key], dict | list):
-            names = env.names.coordinates or ()
-            side = "old" if key in (*names, *map(momentum, names)) else "new"
-            return ValueProblem(f"belongs inside `{side}`", hint=f"write `{side}: {{{key}: {raw[key]}}}`")
-        return problem
+    def _unguessed(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        if isinstance(raw[key], dict | list):
+            return super()._unguessed(key, raw, env)
+        names = env.names.coordinates or ()
+        side = "old" if key in (*names, *map(momentum, names)) else "new"
+        hint = f"write `{side}: {{{key}: {raw[key]}}}`"
+        return ValueProblem(f"belongs inside `{side}`", hint=hint, meant=(side, key))
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -343,27 +341,24 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
     env = environment(info)
     example = "[[Lx, Ly], [Lx, H]]"
     if not isinstance(raw, list | tuple) or not 1 <= len(raw) <= MOST_NAMES:
-        typed = re.fullmatch(
-            r"[{\[(]?([^,{}\[\]]+),([^,{}\[\]]+)[}\])]?", raw if isinstance(raw, str) else ""
-        )
-        hint = typed and f"write `[[{typed[1].strip()}, {typed[2].strip()}]]`"
+        pair = list_meant(raw) if isinstance(raw, str) else None
+        hint = f"write `[{pair}]`" if pair and pair.count(",") == 1 else None
         if isinstance(raw, Mapping):
             hint = f"write `[{', '.join(f'[{first}, {second}]' for first, second in raw.items())}]`"
         raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}", hint=hint)
     if len(raw) == 2 and all(isinstance(entry, str) and "," not in entry for entry in raw):
         raw = [raw]
     variables = of_the_state(env)
-    brackets, problems = list[Bracket](), list[ValueProblem]()
-    for place, entry in enumerate(raw):
-        with gathered(problems, place):
-            pair = [*map(str.strip, entry.strip("{} ").split(","))] if isinstance(entry, str) else entry
-            if isinstance(pair, Mapping) and set(pair.values()) == {None}:  # {Lx, Ly} is a mapping in YAML
-                pair = [*pair]
-            if not isinstance(pair, list | tuple) or len(pair) != 2:
-                raise ValueProblem(f"read {shown(entry)}, expected a pair, such as [Lx, Ly]")
-            brackets.append(Bracket(*(env.symbolic(side, None, variables) for side in pair)))
-    refuse("brackets", problems)
-    return tuple(brackets)
+
+    def read(entry: Any, place: int) -> Bracket:
+        pair = [*map(str.strip, entry.strip("{} ").split(","))] if isinstance(entry, str) else entry
+        if isinstance(pair, Mapping) and set(pair.values()) == {None}:  # {Lx, Ly} is a mapping in YAML
+            pair = [*pair]
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            raise ValueProblem(f"read {shown(entry)}, expected a pair, such as [Lx, Ly]")
+        return Bracket(*(env.symbolic(side, None, variables) for side in pair))
+
+    return tuple(read_list(raw, read, "brackets"))
 
 
 Observables: TypeAlias = dict[str, Expression]

@@ -405,6 +405,11 @@ SectionTyped = Annotated[
 """A section, or what passes zero alone."""
 
 
+def _at_start(name: str, value: object) -> ValueProblem:
+    hint = f"write `initial: {{{name}: {value}}}`"
+    return ValueProblem("belongs inside `initial`", hint=hint, meant=("initial", name))
+
+
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
@@ -436,17 +441,16 @@ class Orbit(Sampling):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         """The problem of another key; a value at t = 0, such as `x0`, belongs inside `initial`."""
-        problem, name = super()._stranger(key, raw, env), variable_called(key, _initial_names(env))
-        is_unknown = "known keys" in (problem.hint or "")
-        if name not in (None, key) and raw.get("initial") is None:
-            pair = f"{name}: {raw[key]}"
-        elif is_unknown and "=" in key:
-            pair = str(with_colon(key))
-        elif is_unknown and raw.get("initial") is None:
-            pair = f"{key}: ..."
-        else:
-            return problem
-        return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{pair}}}`")
+        name = variable_called(key, _initial_names(env))
+        if name in (None, key) or raw.get("initial") is not None:
+            return super()._stranger(key, raw, env)
+        return _at_start(name, raw[key])
+
+    @classmethod
+    def _unguessed(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        if "=" in key and (pair := with_colon(key)):
+            return _at_start(*pair.split(": ", 1))
+        return super()._unguessed(key, raw, env) if raw.get("initial") is not None else _at_start(key, "...")
 
     @property
     def events(self) -> dict[str, Expression]:

@@ -34,11 +34,6 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from rigidcli.errors import LONGEST_SHOWN, UNKNOWN_KEY, Path, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
 
-# The message of a problem names the key that was meant. These find it, so that its value is read, too.
-_GUESSED = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
-_INSIDE = re.compile(r"^belongs inside `(\w+)`")
-_WORD_INSIDE = re.compile(r"write `\w+: \{(\w+): ")
-
 # A key with a unit behind it: `side_cm`, `side (cm)`.
 _WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
 
@@ -91,7 +86,7 @@ class Section(BaseModel):
         for key, entries, words in list(lists_meant(raw, fields)):
             names = ", ".join(f"`{word}`" for word in words)
             hint = f"write `{key}: [{', '.join(map(str, entries))}]` for {names}"
-            problems.append(ValueProblem(f"unknown key{did_you_mean(key)}", path=(words[0],), hint=hint))
+            problems.append(unknown_key(key, hint).below(words[0]))
             raw = {name: value for name, value in raw.items() if name not in words} | {key: entries}
             typed[key,] = (words[0],)
         meant = {key: value for key, value in raw.items() if key in fields}
@@ -103,15 +98,8 @@ class Section(BaseModel):
                 meant |= value
                 typed |= {(name,): (key, name) for name in value}
             problems.append(problem)
-            guessed, inside = _GUESSED.search(problem.message), _INSIDE.search(problem.message)
-            if guessed and guessed[1] in fields and meant.get(guessed[1]) is None:
-                meant[guessed[1]], typed[guessed[1],] = value, (key,)
-            if inside and inside[1] in fields and isinstance(meant.get(inside[1]), dict | None):
-                word = _WORD_INSIDE.search(problem.hint or "")
-                place = (inside[1], word[1] if word else key)
-                meant[place[0]] = {**(meant.get(place[0]) or {})}
-                meant[place[0]].setdefault(place[1], value)
-                typed[place] = (key,)
+            if problem.meant and problem.meant[0] in fields and _put(meant, problem.meant, value):
+                typed[problem.meant] = (key,)
         for problem in problems:
             problem.code = UNKNOWN_KEY
         return meant, [*cut, *problems]
@@ -138,11 +126,11 @@ class Section(BaseModel):
         name = cls.called(unit[1], raw) if unit and is_unit(unit[2]) else None
         if unit and name and isinstance(raw[key], int | Decimal):
             hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
-            return ValueProblem(f"unknown key{did_you_mean(name)}", hint=hint)
+            return unknown_key(name, hint)
         if (slip := key_slip(key, cls.model_fields)) is not None:
             return slip
         elsewhere = cls._elsewhere(key, raw, env) if cls.called(key, raw) is None else None
-        return elsewhere or cls._unknown(key, raw)
+        return elsewhere or cls._unknown(key, raw, env)
 
     @classmethod
     def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
@@ -155,10 +143,10 @@ class Section(BaseModel):
             return None
         name = names[-1 if "system" in own else 0]
         hint = f"write `{name}: {{{key}: ...}}` at the top of the document"
-        return ValueProblem(f"belongs inside `{name}`", hint=hint)
+        return ValueProblem(f"belongs inside `{name}`", hint=hint, meant=(name, key))
 
     @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+    def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         from rigidcli.fields.words import HINTS, folded
 
         keys = list(cls.model_fields)
@@ -167,9 +155,12 @@ class Section(BaseModel):
             return ValueProblem("unknown key", hint=hint)
         # A section or a list under the guessed key is read, too, so that the guess must be a good one.
         near = near or nearest(key, keys, 0.75 if isinstance(raw[key], dict | list) else 0.6)
-        if near is not None:
-            return ValueProblem(f"unknown key{did_you_mean(near)}")
-        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(keys)}")
+        return unknown_key(near) if near is not None else cls._unguessed(key, raw, env)
+
+    @classmethod
+    def _unguessed(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        """The problem of a key that is like none of the section."""
+        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(cls.model_fields)}")
 
     @classmethod
     def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
@@ -183,6 +174,26 @@ class Section(BaseModel):
         """Keep values beside the fields, as a cached property does."""
         # A private attribute of pydantic takes ten times as long to look up.
         self.__dict__.update(values)
+
+
+def _put(tree: dict[str, Any], path: Path, value: object) -> bool:
+    """Put a value into a mapping, or a copy of one in it, unless one stands there; whether that was done."""
+    *above, key = path
+    for step in above:
+        inside = tree.get(step)
+        if not isinstance(inside, dict | None):
+            return False
+        tree[step] = {**(inside or {})}
+        tree = tree[step]
+    is_free = tree.get(key) is None
+    if is_free:
+        tree[key] = value
+    return is_free
+
+
+def unknown_key(meant: str, hint: str | None = None) -> ValueProblem:
+    """The problem of a key in place of which another one is meant."""
+    return ValueProblem(f"unknown key{did_you_mean(meant)}", hint=hint, meant=(meant,))
 
 
 def optional(words: str, default: Any = None) -> Any:
@@ -214,10 +225,8 @@ def refuse(
     except ValidationError as error:
         for each in details(error):
             loc = each["loc"]
-            ends = (end for end in (2, 1) if loc[:end] in typed)
-            if (end := next(ends, 0)) > 0:
-                each["loc"] = (*typed[loc[:end]], *loc[end:])
-            errors.append(each)
+            end = next((end for end in range(len(loc), 0, -1) if loc[:end] in typed), 0)
+            errors.append(each | {"loc": (*typed.get(loc[:end], ()), *loc[end:])})
     if errors:
         raise ValidationError.from_exception_data(title, errors)
     return value
