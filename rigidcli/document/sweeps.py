@@ -21,7 +21,6 @@ from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, show
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for, finite
 from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.units import exact_text
-from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Number
 
 # The ways to write values, for messages.
@@ -135,9 +134,7 @@ def _read_key(text: str) -> SweptKey:
     values = values.strip()
     name = ".".join(map(str, path))
     if cure := _colons_meant(values):
-        raise UsageError(
-            f"`{name}`: read {shown(values)}, expected {FORMS_OF_VALUES}", hint=f"write `{name}={cure}`"
-        )
+        raise _unreadable(name, values, f"write `{name}={cure}`")
     if values.startswith("@"):
         return SweptKey(name, *_column(name, values[1:]))
     parts = split_outside(values, ":")
@@ -145,8 +142,12 @@ def _read_key(text: str) -> SweptKey:
         return SweptKey(name, _range(name, values, parts))
     texts = split_outside(values, ",")
     if not all(texts):
-        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS_OF_VALUES}")
+        raise _unreadable(name, values)
     return SweptKey(name, texts)
+
+
+def _unreadable(name: str, values: str, hint: str | None = None) -> UsageError:
+    return UsageError(f"`{name}`: read {shown(values)}, expected {FORMS_OF_VALUES}", hint=hint)
 
 
 # A range as it is written elsewhere: `1..10`, `1-10`, `1 to 10`.
@@ -169,21 +170,23 @@ def _colons_meant(typed: str) -> str | None:
 def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     logarithmic = parts[0] == "log"
     if len(parts) != 3 + logarithmic:
-        raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS_OF_VALUES}")
+        raise _unreadable(name, typed)
     *texts, last = parts[-3:]
     numbers, units, is_rounded = list[Fraction](), set[str](), False
     for text in texts:
         try:
             end = Environment().typed(text)
-            if isinstance(end, Expression):  # a number, perhaps with a sign, or something like pi/2
+            if isinstance(end, Amount):
+                number, unit = finite(end.digits), end.unit
+            else:  # a number, perhaps with a sign, or something like pi/2
                 is_rounded |= not isinstance(getattr(end.root, "operand", end.root), Number)
-            digits = end.digits if isinstance(end, Amount) else Environment().written(end).evaluate({})
+                number, unit = finite(end.evaluate({})), None
         except ValueProblem as problem:
             message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
             raise UsageError(message, hint=problem.hint) from None
-        numbers.append(Fraction(repr(finite(digits))))
-        if isinstance(end, Amount) or numbers[-1]:  # zero needs no unit
-            units.add(end.unit.text if isinstance(end, Amount) else "")
+        numbers.append(Fraction(repr(number)))
+        if unit or number:  # zero needs no unit
+            units.add(unit.text if unit else "")
     if len(units) > 1:
         hint = "write both in the same unit, as in `1 cm:20 cm:20`"
         raise UsageError(f"`{name}`: read {shown(typed)}, whose ends differ in their units", hint=hint)
@@ -242,6 +245,7 @@ def _value(text: str, exact: bool) -> tuple[Any, str]:
     env = Environment(arithmetic_for(exact))
     try:
         typed = env.typed(read_value(text, ""))
-        return env.worked(typed, None), typed.unit.dimension.unit if isinstance(typed, Amount) else ""
+        unit = typed.unit if isinstance(typed, Amount) else None
+        return env.worked(typed, None), unit.dimension.unit if unit else ""
     except (DocumentError, ValueProblem):
         return text, ""

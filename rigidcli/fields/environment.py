@@ -40,14 +40,13 @@ WITHOUT_VALUE = frozenset(["symbol", "symbolic", "sym", "unknown", "free", "none
 
 
 class Amount(NamedTuple):
-    """A quantity: the digits of its number as they are typed, and its unit."""
+    """A number or a quantity: the digits as they are typed, and the unit; None for a number alone."""
 
     digits: str
-    unit: Unit
+    unit: Unit | None = None
 
 
-Typed: TypeAlias = Union[float, int, Decimal, Amount, "Expression"]
-"""A number, a quantity or an expression, as it is typed in a document."""
+Typed: TypeAlias = Union[Amount, "Expression"]  # a number, a quantity or an expression in a document
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +145,7 @@ class Environment:
             expected = "a number or an expression" if variables else number_of(dimension)
             raise ValueProblem(f"read {shown(raw)}, expected {expected}")
         finite(raw)
-        return raw
+        return Amount(str(raw))
 
     def _of_text(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Typed:
         from rigidcli.fields.units import quantity_meant, without_separators
@@ -235,13 +234,12 @@ class Environment:
     def worked(self, typed: Typed, dimension: Dimension | None) -> Any:
         """The SI value of a number, quantity or expression: a float, or exact. Raises ValueProblem."""
         exact = self.arithmetic.exact
-        if isinstance(typed, float | int | Decimal):
-            return _exact(str(typed)) if exact else float(typed)
         if isinstance(typed, Amount):
             digits, unit = typed
             if not exact:
-                return _in_si(digits, unit)
-            return _exact(digits) * unit.factor * self.arithmetic.pi**unit.pi_power
+                return float(digits) if unit is None else _in_si(digits, unit)
+            number = _exact(digits)
+            return number if unit is None else number * unit.factor * self.arithmetic.pi**unit.pi_power
         names = typed.names
         self._use(names)
         if any(self.declared[name].is_broken for name in names) or self._without_value(names):
@@ -281,11 +279,14 @@ class Environment:
         from rigidcli.fields.units import exact_text
         from rigidcli.language.expression import parse
 
-        if isinstance(typed, Amount):
-            number = Fraction(repr(finite(typed.digits)))
-            typed.unit.si(number)  # which may be beyond all floats
-            return parse(exact_text(number * typed.unit.factor, typed.unit.pi_power))
-        return parse(str(typed)) if isinstance(typed, float | int | Decimal) else typed
+        if not isinstance(typed, Amount):
+            return typed
+        digits, unit = typed
+        if unit is None:
+            return parse(digits)
+        number = Fraction(repr(finite(digits)))
+        unit.si(number)  # which may be beyond all floats
+        return parse(exact_text(number * unit.factor, unit.pi_power))
 
     def value(self, expression: Expression) -> float | None:
         """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
@@ -319,12 +320,10 @@ class Environment:
     def dimension(self, typed: Typed) -> Dimension | None:
         """The dimension of a number, quantity or expression; None for any. Raises ValueProblem."""
         if isinstance(typed, Amount):
-            return typed.unit.dimension
-        declared = {name: self.declared[name].dimension for name in names_of(typed) & self.declared.keys()}
+            return None if typed.unit is None else typed.unit.dimension
+        declared = {name: self.declared[name].dimension for name in typed.names & self.declared.keys()}
         dimensions = {name: dimension for name, dimension in declared.items() if dimension is not None}
-        if not dimensions or isinstance(typed, float | int | Decimal):
-            return None
-        return dimension_of(typed.root, dimensions)
+        return dimension_of(typed.root, dimensions) if dimensions else None
 
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value` is positive; of 2*m the mass m is."""
@@ -337,7 +336,7 @@ class Environment:
             self.positive.add(open_[0].name)
 
     def _check_dimension(self, typed: Typed, dimension: Dimension | None) -> None:
-        if isinstance(typed, float | int | Decimal | Amount):
+        if isinstance(typed, Amount):
             return
         given = self.dimension(typed)
         if dimension is not None and given is not None and any(given):
@@ -406,7 +405,7 @@ def finite(raw: float | int | str | Decimal) -> float:
 
 def names_of(typed: Typed) -> frozenset[str]:
     """The names in an expression; none in a number or a quantity."""
-    return frozenset() if isinstance(typed, float | int | Decimal | Amount) else typed.names
+    return frozenset() if isinstance(typed, Amount) else typed.names
 
 
 @lru_cache(maxsize=64)
