@@ -7,7 +7,7 @@ that place are matched with the table of slips.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Decimal
 from importlib import resources
 from typing import Any, NamedTuple
@@ -25,6 +25,8 @@ from rigidcli.fields.words import (
     value_meant,
     with_colon,
 )
+
+STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -71,65 +73,79 @@ def explain(error: ValidationError) -> list[ValueProblem]:
 def _value_meant(key: str, read: Any, message: str) -> str | None:
     """The value to write in place of one of the wrong type, or of a word; None if nothing is known."""
     if isinstance(read, str):
-        if read.startswith("-["):
-            return f"[{', '.join(re.findall(r'[[][^]]*[]]', read))}]"
-        if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
-            return f"[{read}]"
-        return value_meant(key, read) or _number_meant(read, message)
-    if isinstance(read, dict) and key == "lagrangian":
+        return _by_text(key, read, message)
+    if isinstance(read, dict):
+        return _by_mapping(key, read, message)
+    return _by_list(key, read, message) if isinstance(read, list) else None
+
+
+def _by_text(key: str, read: str, message: str) -> str | None:
+    if read.startswith("-["):
+        rows = re.findall(r"\[[^]]*\]", read)
+        return f"[{', '.join(rows)}]"
+    if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
+        return f"[{read}]"
+    return value_meant(key, read) or _number_meant(read, message)
+
+
+def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
+    if key == "lagrangian":
         energies = ("kinetic", "potential")
         called = {name: [key for key in keys_called(name) if key in energies] or [name] for name in read}
         return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
-    if isinstance(read, dict) and all(value is None for value in read.values()):
+    if all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
-    if (
-        isinstance(read, dict)
-        and message.startswith("read")
-        and ({*read} == {*"xyz"} or key == "coordinates")
-    ):
-        return f"[{', '.join(map(str, read if key == 'coordinates' else [read[axis] for axis in 'xyz']))}]"
-    if isinstance(read, dict) and {*read} == {"value", "unit"}:
+    if key == "coordinates" and message.startswith("read"):
+        return f"[{', '.join(map(str, read))}]"
+    if {*read} == {*"xyz"} and message.startswith("read"):
+        return f"[{', '.join(str(read[axis]) for axis in 'xyz')}]"
+    if {*read} == {"value", "unit"}:
         return f"{read['value']} {read['unit']}"
-    if isinstance(read, dict):
-        for name, entries, words in lists_meant(read, [key]):
-            return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
-    if isinstance(read, list) and len(read) == 1 and "expected a" in message and "list" not in message[17:]:
+    for name, entries, words in lists_meant(read, [key]):
+        return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+    return None
+
+
+def _by_list(key: str, read: list[Any], message: str) -> str | None:
+    if len(read) == 1 and "expected a" in message and "list" not in message[17:]:
         return str(read[0])
-    if isinstance(read, list) and "expected an acceleration" in message:
+    if "expected an acceleration" in message:
         sizes = [str(entry).lstrip("-") for entry in read if entry]
         return sizes[0] if len(sizes) == 1 else None
-    if isinstance(read, list) and "expected a mapping" in message:
+    if "expected a mapping" in message:
         forms = FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
         return next((f"{{{form}: [{', '.join(map(str, read))}]}}" for form in forms), None)
-    if isinstance(read, list) and len(read) == 2 and not isinstance(read[0], str | list | dict):
+    if len(read) == 2 and not isinstance(read[0], str | list | dict):
         if isinstance(read[1], str) and is_unit(read[1]):
             return f"{read[0]} {read[1]}"
         return str(read[1]) if read[0] == 0 and "expected a time" in message else None
     return None
 
 
+_NOTATIONS: tuple[tuple[str, str, Callable[..., str]], ...] = (
+    ("is a force (N), expected a mass", r"(\d+\.?\d*) *N", lambda n: f"{float(n) / STANDARD_GRAVITY:.6g} kg"),
+    ("unexpected `,`", r"(-?\d+),(?!\d{3}\b)(\d+)( *[^\W\d].*)?", "{}.{}{}".format),
+    ("unit", r"(\S+?) *[xX] *10 *(?:\^|\*\*)? *([-+]?\d+)(.*)", "{}e{}{}".format),
+    ("unexpected `~`", r"[ ~]+([^ ~].*)", "{}".format),
+    ("", r"(?P<unit>[^\W\d]\w*) +(-?[\d.]+)", "{1} {0}".format),  # cm 5
+    ("", r"(-?[\d.]+) *[\[(](?P<unit>[^\W\d]\w*)[\])]", "{} {}".format),  # 5 [cm]
+    ("", r"(\d+)'(\d+)\"?", lambda feet, inches: f"{12 * int(feet) + int(inches)} in"),
+    ("", r"(\d+) *h *(\d+)(?: *m(?:in)?)?", lambda hours, minutes: f"{60 * int(hours) + int(minutes)} min"),
+    (
+        "unexpected `:`",
+        r"(?:(\d+):)?(\d+):([0-5]?\d)",
+        lambda hours, minutes, s: f"{3600 * int(hours or 0) + 60 * int(minutes) + int(s)} s",
+    ),
+)
+"""Notations of numbers: words of the message, the text, whose `unit` must be one, and the number for it."""
+
+
 def _number_meant(read: str, message: str) -> str | None:
     """The number that a text in another notation means, such as 1,5 for 1.5."""
-    if "is a force (N), expected a mass" in message and (weight := re.fullmatch(r"(\d+\.?\d*) *N", read)):
-        return f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
-    if "unexpected `,`" in message and (
-        decimal := re.fullmatch(r"(-?\d+),(?!\d{3}\b)(\d+)( *[^\W\d].*)?", read)
-    ):
-        return f"{decimal[1]}.{decimal[2]}{decimal[3] or ''}"
-    if "unit" in message and (power := re.fullmatch(r"(\S+?) *[xX] *10 *(?:\^|\*\*)? *([-+]?\d+)(.*)", read)):
-        return f"{power[1]}e{power[2]}{power[3]}"
-    if "unexpected `~`" in message:
-        return read.lstrip(" ~") or None
-    if unit := re.fullmatch(r"([^\W\d]\w*) +(-?[\d.]+)", read):  # cm 5
-        return f"{unit[2]} {unit[1]}" if is_unit(unit[1]) else None
-    if unit := re.fullmatch(r"(-?[\d.]+) *[\[(]([^\W\d]\w*)[\])]", read):  # 5 [cm]
-        return f"{unit[1]} {unit[2]}" if is_unit(unit[2]) else None
-    if feet := re.fullmatch(r"(\d+)'(\d+)\"?", read):
-        return f"{12 * int(feet[1]) + int(feet[2])} in"
-    if hours := re.fullmatch(r"(\d+) *h *(\d+)(?: *m(?:in)?)?", read):
-        return f"{60 * int(hours[1]) + int(hours[2])} min"
-    if "unexpected `:`" in message and (clock := re.fullmatch(r"(?:(\d+):)?(\d+):([0-5]?\d)", read)):
-        return f"{3600 * int(clock[1] or 0) + 60 * int(clock[2]) + int(clock[3])} s"
+    for words, pattern, number in _NOTATIONS:
+        if words in message and (match := re.fullmatch(pattern, read)):
+            unit = match.groupdict().get("unit")
+            return number(*match.groups(default="")) if unit is None or is_unit(unit) else None
     return None
 
 
@@ -207,7 +223,6 @@ class Slip(NamedTuple):
 
 # The table writes KEY for this beginning of a line with a key.
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
-STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
 # Characters of a line in which a slip is sought: patterns take long on lines that no person types.
 LONGEST_LINE = 500
 

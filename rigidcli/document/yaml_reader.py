@@ -218,14 +218,15 @@ class _Builder:
         assert isinstance(text, str)
         if text in _NULL or (text in _PLAIN and not is_text):
             return _PLAIN[text]
-        kind = None if is_text else _NUMBER.fullmatch(text)
-        if kind is None and not is_text and (comment := _COMMENT.search(text)):
-            message = f"read {shown(text)}: `{comment[0].strip()}` begins no comment"
-            raise self._refusal(event, message, "a comment begins with a blank and `#`")
-        if kind is None and not is_text and text[-1] in ",;" and len(text) > 1:
-            return self._plain(event, is_text, text.rstrip(",; "))  # as in JSON, or in a program
-        if kind is None:
+        if is_text:
             return text
+        kind = _NUMBER.fullmatch(text)
+        if kind is None:
+            if comment := _COMMENT.search(text):
+                message = f"read {shown(text)}: `{comment[0].strip()}` begins no comment"
+                raise self._refusal(event, message, "a comment begins with a blank and `#`")
+            is_ended = text[-1] in ",;" and len(text) > 1  # as in JSON, or in a program
+            return self._plain(event, is_text, text.rstrip(",; ")) if is_ended else text
         if kind.lastgroup == "decimal":
             return self._number(text)
         if kind.lastgroup == "endless":
