@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
 from rigidcli.document.yaml_reader import TITLES, decimal, read_tree, read_value
@@ -156,6 +156,11 @@ class Draft:
     def absolute(self) -> Self:
         """The same draft with an absolute folder, for a process in another folder."""
         return replace(self, folder=str(pathlib.Path(self.folder).absolute()))
+
+    @cached_property
+    def settled(self) -> Self:
+        """The draft with its settings in the tree. Raises DocumentError and UsageError."""
+        return self.changed_by(self.settings)
 
     def changed_by(self, settings: Sequence[str], option: str = "--set") -> Self:
         """The draft with these values of `KEY=VALUE` in its tree. Raises DocumentError and UsageError."""

@@ -175,14 +175,14 @@ def plain(value: Any) -> Any:
 
 def is_exact(draft: Draft, swept: Sequence[str]) -> bool:
     """Whether the document with these swept values is computed exactly. Raises as `load`."""
-    return draft.exact or _settled(draft).changed_by(swept, SWEEP).has_symbols
+    return draft.exact or draft.settled.changed_by(swept, SWEEP).has_symbols
 
 
 def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     """The document with these swept values, which are texts `KEY=VALUE`. Raises as `load`."""
     if draft.link is not None and draft.link.problem is not None:
         raise DocumentError([draft.link.problem])
-    given = _settled(draft).changed_by(swept, SWEEP)
+    given = draft.settled.changed_by(swept, SWEEP)
     if not isinstance(given.tree, dict):
         raise DocumentError([given.problem(_no_mapping(given.tree))])
     exact = given.exact or given.has_symbols
@@ -200,11 +200,6 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
 
 
 @lru_cache(maxsize=1)
-def _settled(draft: Draft) -> Draft:
-    return draft.changed_by(draft.settings)
-
-
-@lru_cache(maxsize=1)
 def _without(draft: Draft, *paths: str) -> Document | None:
     """The document without the swept keys at its top, which is the same at all points.
 
@@ -213,9 +208,8 @@ def _without(draft: Draft, *paths: str) -> Document | None:
     keys = {split_setting(f"{path}=")[0][0] for path in paths}
     with suppress(DocumentError):
         if keys <= SECTIONS_READ_ALONE:
-            given = _settled(draft)
-            tree = {key: value for key, value in given.tree.items() if key not in keys}
-            return _document(replace(given, tree=tree), False, is_physical=False)
+            tree = {key: value for key, value in draft.settled.tree.items() if key not in keys}
+            return _document(replace(draft.settled, tree=tree), False, is_physical=False)
     return None
 
 

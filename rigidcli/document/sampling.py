@@ -26,7 +26,7 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import TIME
 from rigidcli.fields.environment import finite
 from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
-from rigidcli.fields.section import Section, WrappedReader, details, environment, optional
+from rigidcli.fields.section import Alternative, Section, details, environment, optional
 from rigidcli.fields.texts import csv_rows
 
 
@@ -46,7 +46,7 @@ class Ensemble:
 
 
 @dataclass(frozen=True, eq=False)
-class OrMany(WrappedReader):
+class OrMany(Alternative):
     """Marks a field of one start (`otherwise`) that also takes a list of starts, or the name of a table.
 
     `named` gives the values of a start by their names, and `heads` the names for the heads of a table;

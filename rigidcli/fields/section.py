@@ -271,15 +271,30 @@ class ReadBy(Reader):
         self.read, self.json_schema = read, lambda: schema
 
 
-class WrappedReader:
-    """Marks a field of the type `otherwise` that also takes other entries.
+class Alternative:
+    """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
 
-    `read` gets the entry and the validator of the type; `schemas` makes all schemas from that of the type.
+    `value` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
     """
 
     otherwise: Any
-    read: Callable[[Any, ValidatorFunctionWrapHandler, ValidationInfo], object]
-    schemas: Callable[[JsonSchemaValue], list[JsonSchemaValue]]
+
+    def __init__(
+        self,
+        kind: type | UnionType,
+        value: Callable[[Any, Environment], object],
+        otherwise: Any,
+        schema: JsonSchemaValue,
+    ) -> None:
+        self.kind, self.value, self.otherwise, self.schema = kind, value, otherwise, schema
+
+    def read(self, raw: Any, rest: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """The value of the field; `rest` is the validator of the type `otherwise`."""
+        return self.value(raw, environment(info)) if isinstance(raw, self.kind) else rest(raw)
+
+    def schemas(self, rest: JsonSchemaValue) -> list[JsonSchemaValue]:
+        """The JSON Schemas of all entries, from that of the type `otherwise`."""
+        return [self.schema, rest]
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_wrap_validator_function(
@@ -290,25 +305,6 @@ class WrappedReader:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         return {"anyOf": deepcopy(self.schemas(handler(schema)))}
-
-
-class Alternative(WrappedReader):
-    """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
-
-    `value` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
-    """
-
-    def __init__(
-        self,
-        kind: type | UnionType,
-        value: Callable[[Any, Environment], object],
-        otherwise: Any,
-        schema: JsonSchemaValue,
-    ) -> None:
-        self.otherwise, self.schemas = otherwise, lambda other: [schema, other]
-        self.read = lambda raw, rest, info: (
-            value(raw, environment(info)) if isinstance(raw, kind) else rest(raw)
-        )
 
 
 @dataclass(frozen=True)

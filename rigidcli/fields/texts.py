@@ -19,7 +19,7 @@ MAX_BYTES = 2_000_000  # the longest text in UTF-8, which takes about half a sec
 # How a file begins that Git LFS has put in place of a large one.
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 # What is said of such a file, and the cure.
-LFS_PROBLEM = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
+_LFS_PROBLEM = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
 STDIN = "-"  # the name of a file that stands for standard input
 
 # The endings of meshes and solids that are not read; a file with one of them is refused.
@@ -38,9 +38,13 @@ BINARY_FILES = {
 }
 """The kinds of binary files, by the bytes with which they begin."""
 
-PLAIN_TEXT_HINT = (
+_PLAIN_TEXT = (
     "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
 )
+# What is said of files that are no texts, and the cures, by the bytes with which they begin.
+_NO_TEXTS = {LFS_POINTER: _LFS_PROBLEM} | {
+    begin: (f"this is {kind}, expected plain text", _PLAIN_TEXT) for begin, kind in BINARY_FILES.items()
+}
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how a text in UTF-16 begins, as `>` of PowerShell writes it
 
 
@@ -78,13 +82,9 @@ def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | Non
                     raise OSError(errno.EINVAL, "not a regular file")
                 data = _of_pipe(file, most) if stat.S_ISFIFO(mode) else file.read(most + 1)
         require_bounded(data, source, most)
-        if data.startswith(LFS_POINTER):
-            raise DocumentError([Problem(source, LFS_PROBLEM[0], hint=LFS_PROBLEM[1])])
-        for begin, kind in BINARY_FILES.items():
+        for begin, (message, cure) in _NO_TEXTS.items():
             if data.startswith(begin):
-                raise DocumentError(
-                    [Problem(source, f"this is {kind}, expected plain text", hint=PLAIN_TEXT_HINT)]
-                )
+                raise DocumentError([Problem(source, message, hint=cure)])
         usual = "utf-8" if fallback else "utf-8-sig"
         return data.decode("utf-16" if data.startswith(_UTF_16) else usual)
     except OSError as error:
@@ -142,7 +142,7 @@ def opened(path: Path) -> Iterator[BufferedReader]:
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
         with path.open("rb") as file:
             if os.pread(file.fileno(), len(LFS_POINTER), 0) == LFS_POINTER:
-                raise ValueProblem(f"{path}: {LFS_PROBLEM[0]}", hint=LFS_PROBLEM[1])
+                raise ValueProblem(f"{path}: {_LFS_PROBLEM[0]}", hint=_LFS_PROBLEM[1])
             yield file
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
