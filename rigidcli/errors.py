@@ -206,6 +206,15 @@ def shown(raw: object) -> str:
     return f"`{shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 
+def in_yaml(value: object) -> str:
+    """A value as it is written in one line of a document: `[1, 2 cm]`, `{x: 1}`, `null`."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {in_yaml(inner)}' for key, inner in value.items())}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(in_yaml, value))}]"
+    return "null" if value is None else json.dumps(value) if isinstance(value, bool) else str(value)
+
+
 def with_article(noun: str) -> str:
     """The noun after `a` or `an`: `a mass`, `an angle`."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"

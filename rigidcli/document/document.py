@@ -141,7 +141,10 @@ class Document(Section):
         if not place or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
             return None
         name, *inner = place
-        hint = f"write `{': {'.join(place)}: ...{'}' * len(inner)}`; its path is `{'.'.join(place)}`"
+        value = "..."
+        for step in reversed(inner):
+            value = f"[{value}]" if step.isdecimal() else f"{{{step}: {value}}}"
+        hint = f"write `{name}: {value}`; its path is `{'.'.join(place)}`"
         if name in raw and raw[name] is None:
             hint = f"begin this line with two blanks, so that it is below `{name}:`"
         has_list = any(step.isdecimal() for step in inner)

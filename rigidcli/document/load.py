@@ -30,6 +30,7 @@ from rigidcli.errors import (
     UsageError,
     ValueProblem,
     at,
+    in_yaml,
     shown,
 )
 from rigidcli.fields.environment import BoundExpression, Environment, arithmetic_for
@@ -271,7 +272,7 @@ def _with_parameters(tree: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any, l
             moved = {key: value for key, value in section.items() if key in strays}
             parameters = {**(parameters or {}), **moved}
             for key, value in moved.items():
-                hint = f"write `parameters: {{{key}: {'null' if value is None else value}}}`"
+                hint = f"write `parameters: {in_yaml({key: value})}`"
                 problems.append(ValueProblem("belongs inside `parameters`", path=(*path, key), hint=hint))
             rest = {key: value for key, value in section.items() if key not in strays}
             tree = {**tree, "system": rest} if path else rest

@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ACCELERATION, ENERGY, GRAVITATIONAL_PARAMETER
-from rigidcli.fields.environment import BoundExpression, Environment
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import (
     DEFAULT_LIMIT,
     AngularVelocity,
@@ -125,6 +125,7 @@ class Motion(Sampling):
 
     EXAMPLE: ClassVar = "{omega: [0, 0, 1], duration: 10}"
     STARTS: ClassVar = "omega"
+    INSIDE: ClassVar = {"gravity": "torque"}
 
     omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = optional(
         "Angular velocity at t = 0 (rad/s); or several starts: an ensemble"
@@ -145,13 +146,6 @@ class Motion(Sampling):
     angles: EulerSequence | None = optional(
         "Euler angles among the results of `euler`, by their sequence, such as zxz"
     )
-
-    @classmethod
-    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
-        if key == "gravity":
-            hint = f"write `torque: {{gravity: {raw[key]}}}`"
-            return ValueProblem("belongs inside `torque`", hint=hint, meant=("torque", key))
-        return super()._stranger(key, raw, env)
 
     @model_validator(mode="after")
     def _check_starts(self) -> Self:

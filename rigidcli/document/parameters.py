@@ -70,9 +70,16 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
 def _require_value(name: str, value: object, names: Collection[str]) -> None:
     """Raise ValueProblem for a word, or the name itself, where a parameter stays a symbol."""
     word = folded(value) if isinstance(value, str) else None
-    if isinstance(value, dict) and {*value} == {"value", "unit"}:
-        hint = f"write `{name}: {value['value']} {value['unit']}`"
+    if isinstance(value, dict) and "value" in value and {*value} <= {"value", "unit"}:
+        hint = f"write `{name}: {value['value']} {value.get('unit', '')}".rstrip() + "`"
         raise ValueProblem("read a mapping, expected a number", hint=hint)
+    if (
+        isinstance(value, list)
+        and len(value) > 1
+        and not any(isinstance(entry, list | dict) for entry in value)
+    ):
+        hint = f"one after another: `--sweep parameters.{name}={','.join(map(str, value))}`"
+        raise ValueProblem(f"read {shown(value)}, expected a number", hint=hint)
     if value == name or (word in SYMBOLIC and value not in names):
         hint = f"a symbol has no value: write `{name}: null`"
         raise ValueProblem(f"read {shown(value)}, expected a number, or null for a symbol", hint=hint)
@@ -88,6 +95,9 @@ def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[s
             if unit and is_unit(unit[2]) and isinstance(raw[key], int | Decimal):
                 hint = f"a unit stands behind the number: write `{unit[1]}: {raw[key]} {unit[2]}`"
                 raise ValueProblem(f"read {shown(key)}, expected a name", hint=hint)
+            if re.fullmatch(r"[A-Za-z]\w*(?:[ -]+\w+)+", key, re.ASCII):
+                hint = f"write `{re.sub('[ -]+', '_', key)}`"
+                raise ValueProblem(f"read {shown(key)}, expected a name without blanks", hint=hint)
             name = read_name(key, has_time=has_time)
             if name in spelling:
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")

@@ -14,14 +14,16 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from rigidcli.errors import UNKNOWN_KEY, Excerpt, Path, Problem, ValueProblem, shown
+from rigidcli.errors import UNKNOWN_KEY, Excerpt, Path, Problem, ValueProblem, in_yaml, shown
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import (
+    DIAGONAL,
     EXPECTED,
     FORMS_OF_LISTS,
     keys_called,
     list_meant,
     lists_meant,
+    times_meant,
     value_meant,
     with_colon,
 )
@@ -49,6 +51,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
             if len(read) == 1 and isinstance(read[0], str) and (meant := list_meant(read[0])):
                 problem.hint = f"write `{meant}`"
+            if len(read) == 2 and isinstance(read[1], list) and len(read[1]) == last:
+                problem.hint = f"write `{in_yaml([read[0], *read[1]])}`"
         elif kind == "missing":
             problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
@@ -79,13 +83,21 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
     return _by_list(key, read, message) if isinstance(read, list) else None
 
 
+_NAMED = "where `name` may stand in each of the braces"
+_LISTS_OF_MAPPINGS = dict.fromkeys(("parts", "perturbers", "particles"), _NAMED) | {
+    "points": "a mapping for each point"
+}
+_MODULES = re.compile(r"\b(?:np|numpy|math|sp|sympy)\.(?=\w)")  # before functions, in Python
+
+
 def _by_text(key: str, read: str, message: str) -> str | None:
     if read.startswith("-["):
         rows = re.findall(r"\[[^]]*\]", read)
         return f"[{', '.join(rows)}]"
     if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
         return f"[{read}]"
-    return value_meant(key, read) or _number_meant(read, message)
+    bare = _MODULES.sub("", read)
+    return value_meant(key, read) or (bare if bare != read else _number_meant(read, message))
 
 
 def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
@@ -96,25 +108,30 @@ def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
     if all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
     if key == "coordinates" and message.startswith("read"):
-        return f"[{', '.join(map(str, read))}]"
+        return in_yaml([*read])
     if {*read} == {*"xyz"} and message.startswith("read"):
-        return f"[{', '.join(str(read[axis]) for axis in 'xyz')}]"
-    if {*read} == {"value", "unit"}:
-        return f"{read['value']} {read['unit']}"
+        return in_yaml([read[axis] for axis in "xyz"])
+    if {*read} == {"xyz", "rpy"}:
+        return f"{list_meant(str(read['xyz']))}` and `rotation: {{rpy: {list_meant(str(read['rpy']))}}}"
+    if "value" in read and {*read} <= {"value", "unit"}:
+        return f"{read['value']} {read.get('unit', '')}".strip()
     for name, entries, words in lists_meant(read, [key]):
-        return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+        return in_yaml(entries) if name == key and len(words) == len(read) else None
     return None
 
 
 def _by_list(key: str, read: list[Any], message: str) -> str | None:
+    is_mapping = "expected a mapping" in message
     if len(read) == 1 and "expected a" in message and "list" not in message[17:]:
-        return str(read[0])
+        return in_yaml(read[0]) if isinstance(read[0], dict) == is_mapping else None
     if "expected an acceleration" in message:
         sizes = [str(entry).lstrip("-") for entry in read if entry]
         return sizes[0] if len(sizes) == 1 else None
-    if "expected a mapping" in message:
+    if is_mapping and key == "particles" and not any(isinstance(entry, list | dict) for entry in read):
+        return in_yaml({"mass": read[0], "position": read[1:]})
+    if is_mapping:
         forms = FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
-        return next((f"{{{form}: [{', '.join(map(str, read))}]}}" for form in forms), None)
+        return next((in_yaml({form: read}) for form in forms), None)
     if len(read) == 2 and not isinstance(read[0], str | list | dict):
         if isinstance(read[1], str) and is_unit(read[1]):
             return f"{read[0]} {read[1]}"
@@ -126,10 +143,12 @@ _NOTATIONS: tuple[tuple[str, str, Callable[..., str]], ...] = (
     ("is a force (N), expected a mass", r"(\d+\.?\d*) *N", lambda n: f"{float(n) / STANDARD_GRAVITY:.6g} kg"),
     ("unexpected `,`", r"(-?\d+),(?!\d{3}\b)(\d+)( *[^\W\d].*)?", "{}.{}{}".format),
     ("unit", r"(\S+?) *[xX] *10 *(?:\^|\*\*)? *([-+]?\d+)(.*)", "{}e{}{}".format),
+    ("unexpected `.` in a unit", r"(.*\w)\.", "{}".format),
     ("unexpected `~`", r"[ ~]+([^ ~].*)", "{}".format),
     ("", r"(?P<unit>[^\W\d]\w*) +(-?[\d.]+)", "{1} {0}".format),  # cm 5
     ("", r"(-?[\d.]+) *[\[(](?P<unit>[^\W\d]\w*)[\])]", "{} {}".format),  # 5 [cm]
-    ("", r"(\d+)'(\d+)\"?", lambda feet, inches: f"{12 * int(feet) + int(inches)} in"),
+    ("unknown unit `d", r"([\d.]+)d([-+]?\d+)", "{}e{}".format),  # of Fortran
+    ("", r"(\d+)(?:'| *ft *)(\d+)(?:\"| *in)?", lambda feet, inches: f"{12 * int(feet) + int(inches)} in"),
     ("", r"(\d+) *h *(\d+)(?: *m(?:in)?)?", lambda hours, minutes: f"{60 * int(hours) + int(minutes)} min"),
     (
         "unexpected `:`",
@@ -160,11 +179,11 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
             problem.hint = f"each entry is a list: write `{meant}`"
     elif kind == "too_long" and path[-1] == "inertia" and len(read) == 6:
         keys = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-        entries = ", ".join(f"{name}: {entry}" for name, entry in zip(keys, read, strict=True))
-        problem.hint = f"name the entries, as in `inertia: {{{entries}}}`"
+        entries = in_yaml(dict(zip(keys, read, strict=True)))
+        problem.hint = f"name the entries, as in `inertia: {entries}`"
     elif kind == "too_long" and path[-1] in ("inertia", "matrix") and len(read) == 9:
-        rows = ", ".join(f"[{', '.join(map(str, read[row : row + 3]))}]" for row in (0, 3, 6))
-        problem.hint = f"write its rows: `{path[-1]}: [{rows}]`"
+        rows = in_yaml([read[row : row + 3] for row in (0, 3, 6)])
+        problem.hint = f"write its rows: `{path[-1]}: {rows}`"
     elif kind == "too_long":
         surplus = len(read) - context["max_length"]
         comma = r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])"  # two entries may be the decimal `0,5`
@@ -173,11 +192,15 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
             problem.hint = f"a decimal has a point, as in `[{points}]`: a comma begins the next entry"
     elif kind == "string_type" and type(read) in (int, float, Decimal):
         problem.hint = f'write it in quotes: "{read}"'
+    elif kind == "tuple_type" and isinstance(read, str) and (diagonal := DIAGONAL.fullmatch(read)):
+        problem.hint = f"write `moments: [{diagonal[1]}]`"
+    elif kind == "tuple_type" and path[-1] == "times" and (meant := times_meant(str(read))):
+        problem.hint = meant
     elif kind == "tuple_type" and isinstance(read, str) and (meant := list_meant(read)):
         problem.hint, problem.typed = f"write `{meant}`", read
-    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in ("parts", "perturbers", "particles"):
+    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in _LISTS_OF_MAPPINGS:
         problem.message = "read a mapping, expected a list of mappings"
-        problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, where `name` may stand in each of the braces"
+        problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, {_LISTS_OF_MAPPINGS[path[-1]]}"
     elif kind == "dict_type" and path == ("parameters",):
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
         if isinstance(read, list) and all(isinstance(entry, dict) for entry in read):
@@ -244,10 +267,20 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
-    if slip := _by_rules(lines, range(noticed + 1), "comment", "heading", "round"):
+    if slip := _by_rules(lines, range(noticed + 1), "comment", "latex", "heading", "round", "bold"):
         return slip
     if slip := _by_rules(
-        lines, [noticed], "unit", "unit_in", "semicolon", "more", "comment_behind", "array", "unit_square"
+        lines,
+        [noticed],
+        "unit",
+        "unit_in",
+        "semicolon",
+        "more",
+        "comment_behind",
+        "array",
+        "unit_square",
+        "unknown",
+        "square",
     ):
         return slip
     if slip := _by_rules(lines, range(noticed + 1), "brace") if "flow" not in context or noticed else None:
@@ -274,6 +307,8 @@ def find_slip(text: str, error: Any) -> Slip | None:
         hint = "the entries of a mapping, or of a list, begin in the same column"
         column = len(before) - len(before.lstrip()) + 1
         here = Slip(noticed + 1, column, "the indentation fits no line above", hint)
+    if "<document start>" in problem:
+        here = here._replace(message="there is text below the end of the document", hint="leave it out")
     written = [n for n in range(noticed) if lines[n].strip() and not lines[n].lstrip().startswith("#")]
     return (
         _by_rules(lines, {noticed, max(noticed - 1, 0)}, "tab")
@@ -286,7 +321,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
 
 def _by_rules(lines: list[str], numbers: Iterable[int], *names: str) -> Slip | None:
     """The slip in the first of these lines that has one of these names."""
-    for number in (number for number in numbers if len(lines[number]) <= LONGEST_LINE):
+    for number in (number for number in numbers if 0 < len(lines[number]) <= LONGEST_LINE):
         for pattern, message, hint in (_RULES[name] for name in names):
             if match := re.match(pattern.replace("KEY", _KEY), lines[number]):
                 found = match.groupdict(default="")

@@ -105,6 +105,9 @@ def _of_document(text: str, source: str) -> str:
         return text
     lines = text.split("\n")
     fences = [number for number, line in enumerate(lines) if line.lstrip().startswith("```")]
+    written = [number for number, line in enumerate(lines) if line.strip()]
+    if len(fences) == 1 and fences[0] in (written[0], written[-1]):
+        lines[fences[0]] = ""
     if len(fences) == 2:
         first, last = fences
         others = [number for number in (*range(first), *range(last + 1, len(lines))) if lines[number].strip()]

@@ -151,10 +151,14 @@ class Environment:
         from rigidcli.fields.units import quantity_meant, without_separators
         from rigidcli.language.expression import parse
 
-        if text in ("NaN", "Infinity", "-Infinity"):
+        number = text.casefold().lstrip("+-")
+        if number in ("nan", "inf", "infinity") and text not in self.declared:
             raise ValueProblem(f"read {shown(text)}, expected a finite number")
-        if inches := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:\"|\u201d|'')\s*", text):
-            hint = f"write `{inches[1]} in` for inches, `{inches[1]} arcsec` for seconds of arc"
+        if marked := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:(\"|\u201d|'')|['\u2019])\s*", text):
+            units = (
+                ("in", "inches", "arcsec", "seconds") if marked[2] else ("ft", "feet", "arcmin", "minutes")
+            )
+            hint = "write `{0} {1}` for {2}, `{0} {3}` for {4} of arc".format(marked[1], *units)
             raise ValueProblem(f"read {shown(text)}, expected the name of a unit", hint=hint)
         several = without_separators(text)
         text = several[0] if len(several) == 1 else text
@@ -385,7 +389,7 @@ class Environment:
         if not WITHOUT_VALUE.isdisjoint(names):
             also.append("a parameter without a value is `null`: `m: null`")
         if is_unit(names[0]):
-            also.append(f"a quantity in {shown(names[0])} stands alone, or is a parameter")
+            also.append(f"a quantity in {shown(names[0])} stands alone, or is a parameter: `b: 2 {names[0]}`")
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}{did_you_mean(near)}",
             hint="; ".join([f"declared parameters: {_listed(declared)}", *also]),

@@ -117,7 +117,8 @@ def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = 
         n = environment(info).arithmetic
         if not fits(value, n):
             size = n.size(value)
-            hint = f"{size:.6g} deg meant?" if unit == " rad" and 0 < size <= 180 else None
+            is_typed = float(f"{size:.6g}") == size  # and not made from another unit
+            hint = f"{size:.6g} deg meant?" if unit == " rad" and 0 < size <= 180 and is_typed else None
             raise ValueProblem(f"read {size:.6g}{unit}, expected {expected}", hint=hint)
         return value
 

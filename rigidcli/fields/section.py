@@ -14,7 +14,7 @@ from decimal import Decimal
 from functools import cached_property
 from importlib import import_module
 from types import UnionType
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, get_args, get_origin
 
 from pydantic import (
     BaseModel,
@@ -31,7 +31,16 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
-from rigidcli.errors import LONGEST_SHOWN, UNKNOWN_KEY, Path, ValueProblem, did_you_mean, nearest, shown
+from rigidcli.errors import (
+    LONGEST_SHOWN,
+    UNKNOWN_KEY,
+    Path,
+    ValueProblem,
+    did_you_mean,
+    in_yaml,
+    nearest,
+    shown,
+)
 from rigidcli.fields.environment import Environment
 
 # A key with a unit behind it: `side_cm`, `side (cm)`.
@@ -42,7 +51,8 @@ class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and the fields do not change.
 
     `ONE_OF` and each of `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given.
-    A key of `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
+    A key of `NEEDS` makes sense only beside the other one; one of `INSIDE` is a key of the section there.
+    Validators are built for sections that are read.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
@@ -51,6 +61,7 @@ class Section(BaseModel):
     ONE_OF: ClassVar[tuple[str, ...]] = ()
     AT_MOST_ONE_OF: ClassVar[tuple[tuple[str, ...], ...]] = ()
     NEEDS: ClassVar[Mapping[str, str]] = {}
+    INSIDE: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="wrap")
     @classmethod
@@ -84,8 +95,11 @@ class Section(BaseModel):
         raw, cut = bracketed(raw)
         problems = list[ValueProblem]()
         for key, entries, words in list(lists_meant(raw, fields)):
+            typing = cls.model_fields[key].annotation
+            if get_origin(typing) is tuple and len(get_args(typing)) != len(entries):
+                continue
             names = ", ".join(f"`{word}`" for word in words)
-            hint = f"write `{key}: [{', '.join(map(str, entries))}]` for {names}"
+            hint = f"write `{key}: {in_yaml(entries)}` for {names}"
             problems.append(unknown_key(key, hint).below(words[0]))
             raw = {name: value for name, value in raw.items() if name not in words} | {key: entries}
             typed[key,] = (words[0],)
@@ -127,6 +141,8 @@ class Section(BaseModel):
         if unit and name and isinstance(raw[key], int | Decimal):
             hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
             return unknown_key(name, hint)
+        if key in cls.INSIDE:
+            return belongs_inside(cls.INSIDE[key], key, raw[key])
         if (slip := key_slip(key, cls.model_fields)) is not None:
             return slip
         elsewhere = cls._elsewhere(key, raw, env) if cls.called(key, raw) is None else None
@@ -147,14 +163,16 @@ class Section(BaseModel):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
-        from rigidcli.fields.words import HINTS, folded
+        from rigidcli.fields.words import HINTS, KEYS_BY_WORD, folded
 
         keys = list(cls.model_fields)
         near = cls.called(key, raw)
         if near is None and (hint := HINTS.get(folded(key))) is not None:
             return ValueProblem("unknown key", hint=hint)
         # A section or a list under the guessed key is read, too, so that the guess must be a good one.
-        near = near or nearest(key, keys, 0.75 if isinstance(raw[key], dict | list) else 0.6)
+        # A key of other sections is hardly a misspelt one of this section.
+        alike = 0.75 if isinstance(raw[key], dict | list) else 0.65 if key in KEYS_BY_WORD else 0.6
+        near = near or nearest(key, keys, alike)
         return unknown_key(near) if near is not None else cls._unguessed(key, raw, env)
 
     @classmethod
@@ -194,6 +212,12 @@ def _put(tree: dict[str, Any], path: Path, value: object) -> bool:
 def unknown_key(meant: str, hint: str | None = None) -> ValueProblem:
     """The problem of a key in place of which another one is meant."""
     return ValueProblem(f"unknown key{did_you_mean(meant)}", hint=hint, meant=(meant,))
+
+
+def belongs_inside(section: str, key: str, value: object) -> ValueProblem:
+    """The problem of a key that belongs to a section of the same mapping."""
+    hint = f"write `{section}: {in_yaml({key: value})}`"
+    return ValueProblem(f"belongs inside `{section}`", hint=hint, meant=(section, key))
 
 
 def optional(words: str, default: Any = None) -> Any:
@@ -342,6 +366,9 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
         from rigidcli.fields.words import HINTS, folded, key_slip, keys_called, lists_meant
 
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
+        if len(present) > 1 and (empty := [key for key in present if raw[key] is None]):
+            hint = "leave it out, or begin the lines that belong below it with more blanks"
+            raise ValueProblem("read nothing", path=(empty[0],), hint=hint)
         if slips := [slip.below(key) for key in raw if (slip := key_slip(key, forms)) is not None]:
             raise slips[0]
         for key in raw if not present else ():

@@ -377,6 +377,9 @@ _QUANTITY = re.compile(
 )
 
 
+_POWER_OF_TEN = re.compile(rf"^(\s*[-+−]?)10(?=\^|\*\*|{SUPERSCRIPT})")  # alone, as in `10^-3 m`
+
+
 class Written(NamedTuple):
     """A quantity as it is typed: a decimal number of any size, and a text that may be a unit."""
 
@@ -393,7 +396,7 @@ def split_quantity(text: str) -> Written | None:
     A quantity is a decimal number and a text that begins like a unit: a letter, `°`, `′`, `″`, or `1/`
     after a blank. Neither part is judged here.
     """
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(_POWER_OF_TEN.sub(r"\g<1>1*10", text))
     if match is None:
         return None
     power = match["e"] or match["power"] or (match["raised"] or "").translate(LOWERED)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
+from rigidcli.errors import ValueProblem, did_you_mean, in_yaml, nearest, shown
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 
@@ -136,16 +136,18 @@ def list_meant(typed: str) -> str | None:
     if len(lines) > 1:
         rows = [list_meant(line) or "" for line in lines]
         return f"[{', '.join(rows)}]" if all(rows) else None
-    sizes = r"(?<=\d)\s*[x×]\s*(?=[\d.])"
-    unit = re.search(r"(?<=[\d)>\]}])\s*([^\W\d]+)$", typed.strip()[-20:])
+    sizes = r"(?:(?<=\d)\s*|\s+)[x×]\s*(?=[\d.])"
+    unit = re.search(r"(?<=[\d)>\]}])\s*([^\W\d][^\W\d]*(?:[/^*]\w+)*)$", typed.strip()[-20:])
     if unit and not re.search(r"[)>\]}]", typed) and not re.search(sizes, typed[:60]):
         unit = None
     bare = typed.strip().removesuffix(unit[1] if unit else "").strip("[](){}<> ")
-    by = next((sign for sign in ";," if sign in bare), f"{sizes}|\\s+")
+    by = next((sign for sign in ";," if sign in bare), sizes if re.search(sizes, bare) else r"\s+")
     entries = re.split(rf"\s*(?:{by})\s*", bare)
-    if len(entries) < 2 or not ("," in bare or all(map(_DIGITS.match, entries))):
+    if len(entries) < 2 or "(" in bare or not ("," in bare or all(map(_DIGITS.match, entries))):
         return None
-    return f"[{', '.join(f'{entry} {unit[1]}' if unit else entry for entry in entries)}]"
+    return in_yaml(
+        [f"{entry} {unit[1]}" if unit and not entry.endswith(unit[1]) else entry for entry in entries]
+    )
 
 
 def variable_called(word: str, variables: Collection[str]) -> str | None:
@@ -188,7 +190,7 @@ def mapping_meant(raw: object, names: Sequence[str], needed: Collection[str]) ->
     plain = not any(isinstance(entry, dict | list | bool) or entry is None for entry in entries)
     if not plain or len(entries) not in (len(needed), 2 * len(needed)) or len(entries) > len(names):
         return None
-    return f"{{{', '.join(f'{name}: {entry}' for name, entry in zip(names, entries, strict=False))}}}"
+    return in_yaml(dict(zip(names, entries, strict=False)))
 
 
 def keys_called(word: str) -> tuple[str, ...]:
@@ -199,6 +201,18 @@ def keys_called(word: str) -> tuple[str, ...]:
         plain,
         *(KEYS_BY_WORD.get(plain, ()) if word not in KEYS_BY_WORD else ()),
     )
+
+
+DIAGONAL = re.compile(r"diag\(\[?([^()\[\]]*)\]?\)")  # a diagonal matrix, as in Python
+# Times from a beginning to an end, and their number or step: `0:10:100`, `linspace(0, 10, 100)`.
+_SPAN = re.compile(r"(?:np\.)?(?:(linspace|arange)\(|())0(?:\.0*)?([:,]) *([^:,]+)\3 *([^:,()]+)\)?")
+
+
+def times_meant(typed: str) -> str | None:
+    """The cure for a function of Python, or a range, in place of times; None for other texts."""
+    span = _SPAN.fullmatch(typed)
+    count = "step" if span and span[1] == "arange" else "samples"
+    return span and f"instead write `duration: {span[4]}` and `{count}: {span[5]}`"
 
 
 # The hint for a key and its value that have become one text.
@@ -226,17 +240,21 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
         mended[key] = entries[0]
         if len(entries) == 1 and entries[0] is not raw[key]:
             cure = f'write `{key}: "{entries[0]}"`'
-            if diagonal := re.fullmatch(r"diag\(\[?([^()\[\]]*)\]?\)", str(entries[0])):
+            if diagonal := DIAGONAL.fullmatch(str(entries[0])):
                 cure = f"write `moments: [{diagonal[1]}]`"
+            cure = (times_meant(str(entries[0])) if key == "times" else None) or cure
             message = "in braces a text with a comma stands in quotes"
             problems.append(ValueProblem(message, path=(key,), hint=cure, typed=str(raw[key])))
         if len(entries) > 1:
             entries = [entry.strip(" ()<>") if isinstance(entry, str) else entry for entry in entries]
-            typed, cure = ", ".join(map(str, entries)), f"write `{key}: [{', '.join(map(str, entries))}]`"
+            typed, cure = ", ".join(map(str, entries)), f"write `{key}: {in_yaml(entries)}`"
             message, mended[key] = "a list stands in brackets", entries
             if len(entries) == 2 and entries[1][0].isdigit():  # the comma may be that of a decimal
                 mended[key] = ".".join(map(str, entries))
                 message = f"read `{entries[0]}` and `{entries[1]}`: the sign in a decimal is a point"
+                if re.match(r"\d{3}\.", entries[1]):
+                    mended[key] = "".join(map(str, entries))
+                    message = f"read `{entries[0]}` and `{entries[1]}`: thousands stand without a comma"
                 cure = f"write `{key}: {mended[key]}`, or a list in brackets"
             problems.append(ValueProblem(message, path=(key,), hint=cure, typed=typed))
     return mended, problems
