@@ -58,7 +58,7 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
         lists = (key for key, value in raw.items() if isinstance(value, list) and key in named.dimensions())
         if all(named.holds(key, raw[key]) for key in lists):
             return named, None
-    form = other_form(word)
+    form = f"mesh: {word}" if re.fullmatch(r"(?i).+\.(?:stl|obj|off|ply|glb)", word) else other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
     called = [word] if word in SHAPES else [shape for shape in shapes_called(word) if shape in SHAPES]
@@ -90,6 +90,8 @@ def _instead_of(raw: object) -> str | None:
         return f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
     if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
         if all(entry.keys() & {"shape", *FORMS} for entry in raw):
+            if len(raw) == 1:
+                return "one body stands without a dash; for several write `body: {parts: [...]}`"
             return "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
         return "the lines of one body begin without dashes; in one line it stands in braces: `{...}`"
     return None

@@ -114,6 +114,7 @@ class Form(Section):
     """One form of body, placed: first turned about its own origin, then moved."""
 
     AT_MOST_ONE_OF: ClassVar = (("rotation", "axis"),)
+    INSIDE: ClassVar = dict.fromkeys(("rpy", "euler", "sequence", "quaternion", "matrix"), "rotation")
 
     name: Title | None = Field(default=None, description="What messages call it")
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
