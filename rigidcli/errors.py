@@ -22,8 +22,7 @@ EXIT_CODES = {
 }
 """What the exit codes of the program mean; of several FILES the worst one is returned."""
 
-Path: TypeAlias = tuple[str | int, ...]
-"""The way to a value in a document: keys of mappings and indices of lists."""
+Path: TypeAlias = tuple[str | int, ...]  # the way to a value in a document: keys, and indices of lists
 
 
 class RigidError(Exception):
@@ -158,8 +157,7 @@ class Problem:
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
-MOST_PROBLEMS = 200
-"""Most problems of one document that its message lists; a list that is longer helps nobody."""
+MOST_PROBLEMS = 200  # the most problems of a document that its message lists: more help nobody
 
 
 class DocumentError(RigidError):
@@ -187,11 +185,8 @@ def shortened(text: str, most: int = 200) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-LONGEST_SHOWN = 60
-"""Most characters of a value that a message repeats, so that it fits on a line."""
-
-MOST_WORDS_COMPARED = 200
-"""The most words in which a similar one is searched: it takes 5 ms."""
+LONGEST_SHOWN = 60  # the most characters of a value that a message repeats, so that it fits on a line
+MOST_WORDS_COMPARED = 200  # the most words in which a similar one is searched: it takes 5 ms
 
 
 def shown(raw: object) -> str:
@@ -228,12 +223,12 @@ def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
         return None
     folded = {other.casefold(): other for other in words}
     plain = word.casefold()
-    near = difflib.get_close_matches(plain, folded, cutoff=cutoff)
-    # Of words that are equally alike, that of nearly the same length comes first: com, not corner, for con.
-    near.sort(
-        key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))
-    )
-    return folded[near[0]] if near else None
+
+    def unlike(other: str) -> tuple[float, int]:
+        # Of words that are equally alike, one of nearly the same length is nearest: com, not corner, for con.
+        return -difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain))
+
+    return folded.get(min(difflib.get_close_matches(plain, folded, cutoff=cutoff), key=unlike, default=""))
 
 
 def did_you_mean(meant: str | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from importlib import import_module
 from typing import Annotated, Any, TypeAlias
 
@@ -109,12 +110,8 @@ class _AnyForm(SectionChoice):
         words = (word for word in raw if "shape" in keys_called(word))
         key, others = "shape" if "shape" in raw else next(words, None), list[str]()
         if key is None:
-            known = {*Form.model_fields}
-            others = [
-                word
-                for word in raw
-                if word not in known and FORMS.keys().isdisjoint(keys_called(word)) and not with_colon(word)
-            ]
+            strange = (word for word in raw if word not in Form.model_fields and not with_colon(word))
+            others = [word for word in strange if FORMS.keys().isdisjoint(keys_called(word))]
             key = next((word for word in others if nearest(word, ["shape"])), None)
         for word in others if key is None else ():
             named = next((SHAPES[name] for name in shapes_called(word) if name in SHAPES), None)
@@ -133,11 +130,10 @@ class _AnyForm(SectionChoice):
             assert problem is not None
             raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
         rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
-
-        def read() -> Section:
-            return shape.model_validate(rest, context=info.context)
-
-        return read() if problem is None else refuse(shape.__name__, [problem.below(key)], read)
+        problems = [] if problem is None else [problem.below(key)]
+        read = partial(shape.model_validate, rest, context=info.context)
+        form: Section = refuse(shape.__name__, problems, read)
+        return form
 
 
 BODY = _AnyForm(

@@ -22,6 +22,7 @@ from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
 from rigidcli.fields.section import Elsewhere, Section, SectionChoice, Title, optional
+from rigidcli.fields.words import keys_called, list_meant, not_one_of
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
@@ -103,8 +104,6 @@ class Document(Section):
             shape = import_module("rigidcli.bodies.shapes").SHAPES.get(str(name))
             points += () if shape is None else shape.ANCHORS
             if about not in points:
-                from rigidcli.fields.words import list_meant, not_one_of
-
                 cure = list_meant(about)
                 yield ValueProblem(
                     not_one_of(about, points), path=("about",), hint=cure and f"write `{cure}`"
@@ -123,8 +122,6 @@ class Document(Section):
     @classmethod
     def _place_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, ...]:
         """Where a key at the top belongs: the section, and the way from there; empty for any other key."""
-        from rigidcli.fields.words import keys_called
-
         section, *inner = map(str.strip, re.split(r"\.|->|/", key))
         if inner and section in cls.model_fields:
             return section, *inner

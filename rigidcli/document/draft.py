@@ -97,18 +97,15 @@ def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Pa
             raise ValueProblem(f"there is no list `{whole}`", hint=hint)
     else:
         entries = tree if isinstance(tree, list) else []
-        named = [
-            k for k, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == step
-        ]
-        step = named[0] if len(named) == 1 else step
+        names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+        count = names.count(step)
+        step = names.index(step) if count == 1 else step
         if not (isinstance(step, int) and step < len(entries)):
             cure = f"its entries are 0 to {len(entries) - 1}" if entries else None
-            if names := [
-                str(entry["name"]) for entry in entries if isinstance(entry, dict) and "name" in entry
-            ]:
-                cure = f"{cure}, by name {', '.join(names)}"
-            if len(named) > 1:
-                cure = f"the name stands {len(named)} times: say which by its number, such as {named[0]}"
+            if given := [str(name) for name in names if name is not None]:
+                cure = f"{cure}, by name {', '.join(given)}"
+            if count > 1:
+                cure = f"the name stands {count} times: say which by its number, such as {names.index(step)}"
             raise ValueProblem(f"there is no {shown(str(step))} in {shown(tree)}", hint=cure)
         inner = entries[step]
     inner, way = put(inner, rest, value, (*above, step))

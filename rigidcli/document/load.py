@@ -37,6 +37,7 @@ from rigidcli.fields.environment import BoundExpression, Environment, arithmetic
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
+from rigidcli.fields.words import keys_called, with_colon
 
 if TYPE_CHECKING:
     from rigidcli.bodies.shapes import Shape
@@ -215,8 +216,6 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(tree: object) -> ValueProblem:
-    from rigidcli.fields.words import with_colon
-
     hint, cure = "`rigidcli new` prints a document to start from", None
     if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
         hint = "the keys of a document begin without dashes"
@@ -258,8 +257,6 @@ def _with_parameters(tree: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any, l
     above = [tree, *(section for section in tree.values() if isinstance(section, dict))]
     parameters = next((section["parameters"] for section in above if "parameters" in section), None)
     if parameters is None and not tree.keys() <= {*TOP_KEYS}:
-        from rigidcli.fields.words import keys_called
-
         parameters = next((tree[key] for key in tree if "parameters" in keys_called(key)), None)
     problems = list[ValueProblem]()
     for path, section in ((), tree), (("system",), tree.get("system")):

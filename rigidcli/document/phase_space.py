@@ -13,7 +13,7 @@ from pydantic.json_schema import JsonSchemaValue
 from rigidcli.document.parameters import MOST_NAMES, in_order, read_list, read_mapping, read_name, read_names
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.section import ReadBy, Section, belongs_inside, environment, optional, refuse
+from rigidcli.fields.section import ReadBy, Section, environment, optional, refuse
 from rigidcli.fields.words import list_meant
 from rigidcli.language.expression import Expression
 
@@ -260,7 +260,7 @@ class Transform(Section):
             return super()._unguessed(key, raw, env)
         names = env.names.coordinates or ()
         side = "old" if key in (*names, *map(momentum, names)) else "new"
-        return belongs_inside(side, key, raw[key])
+        return cls._belongs_inside(side, key, raw[key])
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:

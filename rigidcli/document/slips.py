@@ -15,26 +15,10 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from rigidcli.errors import UNKNOWN_KEY, Excerpt, Path, Problem, ValueProblem, in_yaml, shown
+from rigidcli.fields import words
 from rigidcli.fields.units import is_unit
-from rigidcli.fields.words import (
-    DIAGONAL,
-    EXPECTED,
-    FORMS_OF_LISTS,
-    keys_called,
-    list_meant,
-    lists_meant,
-    times_meant,
-    value_meant,
-    with_colon,
-)
 
 STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
-
-_FLAT = {
-    "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
-    "points": "each point is a list, also a single one: `points: [[m, x, y, z]]`",
-}
-"""The cure for a list of numbers under these keys, which expect a list of lists."""
 
 
 def explain(error: ValidationError) -> list[ValueProblem]:
@@ -49,7 +33,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
-            if len(read) == 1 and isinstance(read[0], str) and (meant := list_meant(read[0])):
+            if len(read) == 1 and isinstance(read[0], str) and (meant := words.list_meant(read[0])):
                 problem.hint = f"write `{meant}`"
             if len(read) == 2 and isinstance(read[1], list) and len(read[1]) == last:
                 problem.hint = f"write `{in_yaml([read[0], *read[1]])}`"
@@ -83,10 +67,6 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
     return _by_list(key, read, message) if isinstance(read, list) else None
 
 
-_NAMED = "where `name` may stand in each of the braces"
-_LISTS_OF_MAPPINGS = dict.fromkeys(("parts", "perturbers", "particles"), _NAMED) | {
-    "points": "a mapping for each point"
-}
 _MODULES = re.compile(r"\b(?:np|numpy|math|sp|sympy)\.(?=\w)")  # before functions, in Python
 
 
@@ -97,13 +77,15 @@ def _by_text(key: str, read: str, message: str) -> str | None:
     if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
         return f"[{read}]"
     bare = _MODULES.sub("", read)
-    return value_meant(key, read) or (bare if bare != read else _number_meant(read, message))
+    return words.value_meant(key, read) or (bare if bare != read else _number_meant(read, message))
 
 
 def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
     if key == "lagrangian":
         energies = ("kinetic", "potential")
-        called = {name: [key for key in keys_called(name) if key in energies] or [name] for name in read}
+        called = {
+            name: [key for key in words.keys_called(name) if key in energies] or [name] for name in read
+        }
         return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
     if all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
@@ -112,11 +94,12 @@ def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
     if {*read} == {*"xyz"} and message.startswith("read"):
         return in_yaml([read[axis] for axis in "xyz"])
     if {*read} == {"xyz", "rpy"}:
-        return f"{list_meant(str(read['xyz']))}` and `rotation: {{rpy: {list_meant(str(read['rpy']))}}}"
+        position, angles = (words.list_meant(str(value)) for value in (read["xyz"], read["rpy"]))
+        return f"{position}` and `rotation: {{rpy: {angles}}}"
     if "value" in read and {*read} <= {"value", "unit"}:
         return f"{read['value']} {read.get('unit', '')}".strip()
-    for name, entries, words in lists_meant(read, [key]):
-        return in_yaml(entries) if name == key and len(words) == len(read) else None
+    for name, entries, given in words.lists_meant(read, [key]):
+        return in_yaml(entries) if name == key and len(given) == len(read) else None
     return None
 
 
@@ -130,7 +113,7 @@ def _by_list(key: str, read: list[Any], message: str) -> str | None:
     if is_mapping and key == "particles" and not any(isinstance(entry, list | dict) for entry in read):
         return in_yaml({"mass": read[0], "position": read[1:]})
     if is_mapping:
-        forms = FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
+        forms = words.FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
         return next((in_yaml({form: read}) for form in forms), None)
     if len(read) == 2 and not isinstance(read[0], str | list | dict):
         if isinstance(read[1], str) and is_unit(read[1]):
@@ -161,21 +144,22 @@ _NOTATIONS: tuple[tuple[str, str, Callable[..., str]], ...] = (
 
 def _number_meant(read: str, message: str) -> str | None:
     """The number that a text in another notation means, such as 1,5 for 1.5."""
-    for words, pattern, number in _NOTATIONS:
-        if words in message and (match := re.fullmatch(pattern, read)):
+    for said, pattern, number in _NOTATIONS:
+        if said in message and (match := re.fullmatch(pattern, read)):
             unit = match.groupdict().get("unit")
             return number(*match.groups(default="")) if unit is None or is_unit(unit) else None
     return None
 
 
 def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:
-    expected = EXPECTED.get(kind, str(context.get("expected", message))).format(**context).replace("'", "")
+    expected = words.EXPECTED.get(kind, str(context.get("expected", message)))
+    expected = expected.format(**context).replace("'", "")
     problem = ValueProblem(f"read {shown(read)}, expected {expected}", path=path)
     if kind == "tuple_type" and path[-1] == 0:
         # A list of numbers where one of lists is expected: one problem for all its entries.
         problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
-        problem.hint = next(filter(None, map(_FLAT.get, keys_called(str(path[-2])))), None)
-        if isinstance(read, str) and (meant := list_meant(read)):
+        problem.hint = next(filter(None, map(words.FLAT_LISTS.get, words.keys_called(str(path[-2])))), None)
+        if isinstance(read, str) and (meant := words.list_meant(read)):
             problem.hint = f"each entry is a list: write `{meant}`"
     elif kind == "too_long" and path[-1] == "inertia" and len(read) == 6:
         keys = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
@@ -192,44 +176,29 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
             problem.hint = f"a decimal has a point, as in `[{points}]`: a comma begins the next entry"
     elif kind == "string_type" and type(read) in (int, float, Decimal):
         problem.hint = f'write it in quotes: "{read}"'
-    elif kind == "tuple_type" and isinstance(read, str) and (diagonal := DIAGONAL.fullmatch(read)):
+    elif kind == "tuple_type" and isinstance(read, str) and (diagonal := words.DIAGONAL.fullmatch(read)):
         problem.hint = f"write `moments: [{diagonal[1]}]`"
-    elif kind == "tuple_type" and path[-1] == "times" and (meant := times_meant(str(read))):
+    elif kind == "tuple_type" and path[-1] == "times" and (meant := words.times_meant(str(read))):
         problem.hint = meant
-    elif kind == "tuple_type" and isinstance(read, str) and (meant := list_meant(read)):
+    elif kind == "tuple_type" and isinstance(read, str) and (meant := words.list_meant(read)):
         problem.hint, problem.typed = f"write `{meant}`", read
-    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in _LISTS_OF_MAPPINGS:
+    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in words.LISTS_OF_MAPPINGS:
         problem.message = "read a mapping, expected a list of mappings"
-        problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, {_LISTS_OF_MAPPINGS[path[-1]]}"
+        problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, {words.LISTS_OF_MAPPINGS[path[-1]]}"
     elif kind == "dict_type" and path == ("parameters",):
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
         if isinstance(read, list) and all(isinstance(entry, dict) for entry in read):
-            pairs = [
-                (entry["name"], entry["value"]) if {*entry} == {"name", "value"} else pair
-                for entry in read
-                for pair in entry.items()
-            ]
-            names = ", ".join(f"{name}: {value}" for name, value in dict(pairs).items())
-        names = (isinstance(read, str) and with_colon(read)) or names
+            pairs = [{e["name"]: e["value"]} if {*e} == {"name", "value"} else e for e in read]
+            names = in_yaml({name: value for pair in pairs for name, value in pair.items()})[1:-1]
+        names = (isinstance(read, str) and words.with_colon(read)) or names
         problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"
     return problem
-
-
-_MARKUPS = {
-    "html": ("HTML", "this is a page of the web: copy the document on it into a file of its own"),
-    "xacro": (
-        "xacro, of which a robot is made",
-        "write `xacro arm.urdf.xacro > arm.urdf`, and give arm.urdf",
-    ),
-    "": ("XML", "a robot is a file whose name ends in .urdf, .sdf or .xml"),
-}
-"""Kinds of texts that begin as XML does, by a word in their first lines, each with its cure."""
 
 
 def markup(text: str, source: str) -> Problem:
     """The problem of a text that is XML or HTML."""
     head = text[:1000].casefold()
-    name, hint = next(cure for word, cure in _MARKUPS.items() if word in head)
+    name, hint = next(says.split(": ", 1) for word, says in words.MARKUPS.items() if word in head)
     line = text[: text.index("<")].count("\n")
     excerpt = Excerpt.of(text.splitlines()[line], text.splitlines()[line].index("<") + 1)
     return Problem(source, f"this is {name}, expected YAML", line + 1, "", hint, "parse_error", excerpt)
@@ -250,8 +219,8 @@ _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 LONGEST_LINE = 500
 
 _TABLE = resources.files("rigidcli.document").joinpath("slips.tsv").read_text("utf-8").splitlines()[1:]
-# Slips in a line by name: a pattern, whose group `at` is the place, a message and a hint.
-_RULES = {name: rule for name, *rule in (line.split("\t") for line in _TABLE)}
+# Slips in a line: the lines where they are sought, a pattern, whose group `at` is the place, message, hint.
+_RULES = [line.split("\t") for line in _TABLE]
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """Quoted texts and comments, in which brackets mean nothing."""
@@ -267,23 +236,10 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
-    if slip := _by_rules(lines, range(noticed + 1), "comment", "latex", "heading", "round", "bold"):
-        return slip
-    if slip := _by_rules(
-        lines,
-        [noticed],
-        "unit",
-        "unit_in",
-        "semicolon",
-        "more",
-        "comment_behind",
-        "array",
-        "unit_square",
-        "unknown",
-        "square",
-    ):
-        return slip
-    if slip := _by_rules(lines, range(noticed + 1), "brace") if "flow" not in context or noticed else None:
+    slip = _by_rules(lines, range(noticed + 1), "above") or _by_rules(lines, [noticed], "here")
+    if slip is None and ("flow" not in context or noticed):
+        slip = _by_rules(lines, range(noticed + 1), "open")
+    if slip is not None:
         return slip
     if "quoted" in context and "escape" in problem:
         hint = "in single quotes a backslash is only a backslash"
@@ -312,20 +268,21 @@ def find_slip(text: str, error: Any) -> Slip | None:
     written = [n for n in range(noticed) if lines[n].strip() and not lines[n].lstrip().startswith("#")]
     return (
         _by_rules(lines, {noticed, max(noticed - 1, 0)}, "tab")
-        or _by_rules(lines, written[:-2:-1], "dash")
-        or _by_rules(lines, written[:-3:-1], "blank", "no_colon")
-        or _by_rules(lines, [noticed], "blank", "equals", "colon", "colon_item", "colon_text")
+        or _by_rules(lines, written[:-2:-1], "last")
+        or _by_rules(lines, written[:-3:-1], "before")
+        or _by_rules(lines, [noticed], "end")
         or here
     )
 
 
-def _by_rules(lines: list[str], numbers: Iterable[int], *names: str) -> Slip | None:
-    """The slip in the first of these lines that has one of these names."""
+def _by_rules(lines: list[str], numbers: Iterable[int], where: str) -> Slip | None:
+    """The slip in the first of these lines that has one, by the rules for such lines."""
+    rules = [(pattern.replace("KEY", _KEY), *says) for of, pattern, *says in _RULES if of == where]
     for number in (number for number in numbers if 0 < len(lines[number]) <= LONGEST_LINE):
-        for pattern, message, hint in (_RULES[name] for name in names):
-            if match := re.match(pattern.replace("KEY", _KEY), lines[number]):
+        for pattern, message, hint in rules:
+            if match := re.match(pattern, lines[number]):
                 found = match.groupdict(default="")
-                hint = hint.format(meant=list_meant(found.get("value", "")), **found)
+                hint = hint.format(meant=words.list_meant(found.get("value", "")), **found)
                 return Slip(number + 1, match.start("at") + 1, message, re.sub(" `$", "`", hint))
     return None
 

@@ -33,15 +33,7 @@ from rigidcli.errors import ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, POWER, Dimension
 from rigidcli.fields.environment import LONGEST_LIST, Environment
 from rigidcli.fields.quantities import AsList, worked_out
-from rigidcli.fields.section import (
-    SHARED_SCHEMA,
-    ReadBy,
-    Reader,
-    Section,
-    belongs_inside,
-    environment,
-    optional,
-)
+from rigidcli.fields.section import SHARED_SCHEMA, ReadBy, Reader, Section, environment, optional
 from rigidcli.fields.words import variable_called, with_colon
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
@@ -447,15 +439,15 @@ class Orbit(Sampling):
         name = variable_called(key, _initial_names(env))
         if name in (None, key) or raw.get("initial") is not None:
             return super()._stranger(key, raw, env)
-        return belongs_inside("initial", name, raw[key])
+        return cls._belongs_inside("initial", name, raw[key])
 
     @classmethod
     def _unguessed(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         if "=" in key and (pair := with_colon(key)):
-            return belongs_inside("initial", *pair.split(": ", 1))
+            return cls._belongs_inside("initial", *pair.split(": ", 1))
         if raw.get("initial") is not None:
             return super()._unguessed(key, raw, env)
-        return belongs_inside("initial", key, "...")
+        return cls._belongs_inside("initial", key, "...")
 
     @property
     def events(self) -> dict[str, Expression]:

@@ -33,8 +33,7 @@ TITLES = frozenset(["name", "description", "assignment"])
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 _NULL = dict.fromkeys(["", "~", "null", "Null", "NULL"])
-_TRUE, _FALSE = ["true", "True", "TRUE"], ["false", "False", "FALSE"]
-_PLAIN = _NULL | dict.fromkeys(_TRUE, True) | dict.fromkeys(_FALSE, False)
+_TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _NUMBER = re.compile(
     r"(?P<whole>[-+]?[0-9]+)"
     rf"|(?P<decimal>{NUMERAL})"
@@ -47,8 +46,8 @@ _NUMBER = re.compile(
 _INDENTATION = re.compile("^[ \u00a0\u2002\u2003\u2007\u202f\u3000]+", re.MULTILINE)
 _MARKUP = re.compile(r"\s*<[!?A-Za-z]")  # the beginning of XML or HTML
 
+# What begins a comment in other languages, within a value.
 _COMMENT = re.compile(r"\s(?://|/\*|%(?=\s*[A-Za-z]))|(?<=\d)#")
-"""What begins a comment in other languages, within a value."""
 
 # Two escapes of JSON that stand for one character, which YAML does not have, and the backslashes before.
 _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})")
@@ -219,10 +218,10 @@ class _Builder:
     def _plain(self, event: Any, is_text: bool, text: str | None = None) -> object:
         text = event.value if text is None else text
         assert isinstance(text, str)
-        if text in _NULL or (text in _PLAIN and not is_text):
-            return _PLAIN[text]
-        if is_text:
-            return text
+        if text in _NULL:
+            return None
+        if is_text or text in _TRUTHS:
+            return text if is_text else _TRUTHS[text]
         kind = _NUMBER.fullmatch(text)
         if kind is None:
             if comment := _COMMENT.search(text):

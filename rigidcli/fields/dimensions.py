@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import cache
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from rigidcli.errors import ValueProblem, shown, with_article
 
 if TYPE_CHECKING:
-    from rigidcli.language.tree import Kind, Node, Parts
+    from rigidcli.language.tree import Node, Parts
 
 
 class Dimension(NamedTuple):
@@ -131,9 +130,10 @@ def dimension_of(root: Node, dimensions: Mapping[str, Dimension]) -> Dimension |
 
     Raises ValueProblem for a sum of different dimensions, and for a function of no pure number.
     """
-    from rigidcli.language.tree import fold
+    from rigidcli.language.tree import Kind, fold
 
-    value = fold(root, dimensions.get, _kind())
+    kind = Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)
+    value = fold(root, dimensions.get, kind)
     return value if isinstance(value, Dimension) else None
 
 
@@ -181,11 +181,3 @@ def _call(function: str, arguments: list[_Value]) -> _Value:
 
 def _negative(value: _Value) -> _Value:
     return -value if isinstance(value, float) else value
-
-
-# Dimensions as a kind of values of expressions.
-@cache
-def _kind() -> Kind:
-    from rigidcli.language.tree import Kind
-
-    return Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)

@@ -26,6 +26,7 @@ from rigidcli.errors import (
     shown,
 )
 from rigidcli.fields.dimensions import Dimension, check_dimension, dimension_of, number_of
+from rigidcli.fields.words import SYMBOLIC, variable_called
 
 if TYPE_CHECKING:
     from rigidcli.fields.units import Unit
@@ -34,9 +35,6 @@ if TYPE_CHECKING:
     from rigidcli.language.words import Words
 
 LONGEST_LIST = 20  # the most names that a message lists: two lines of them
-
-# Words that people write for the value of a parameter that has none.
-WITHOUT_VALUE = frozenset(["symbol", "symbolic", "sym", "unknown", "free", "none", "None"])
 
 
 class Amount(NamedTuple):
@@ -363,30 +361,27 @@ class Environment:
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
         from rigidcli.fields.units import is_unit
-        from rigidcli.fields.words import variable_called
 
         for name in names:
             if name in self.names.functions:
                 return ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
             if variables and name in self.names.meanings:
-                hint = f"variables here: {', '.join(variables)}"
-                return ExpressionError(
-                    f"`{name}` is {self.names.meanings[name]}, which cannot stand here", hint=hint
-                )
+                message = f"`{name}` is {self.names.meanings[name]}, which cannot stand here"
+                return ExpressionError(message, hint=f"variables here: {', '.join(variables)}")
         declared = sorted(self.declared)
         spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
         near = spelled.get(names[0]) if spelled else nearest(names[0], [*variables, *declared])
         also = [f"variables here: {_listed(variables, str)}"] if variables else []
         if len(names) > 1:
             also += [f"`{name}` is spelled `{meant}`" for name, meant in spelled.items()]
-        no_names = (*spelled, "dt", "e", *WITHOUT_VALUE)
+        no_names = (*spelled, "dt", "e", *SYMBOLIC, "None")
         new = [name for name in names if name not in no_names and len(name) <= LONGEST_SHOWN]
         if new and near is None:
             values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
             also.append(f"a symbol, or a name for a value, is declared by `parameters: {{{values}}}`")
         if {"e", "E"} & set(names):
             also.append("e to a power is written `exp(...)`")
-        if not WITHOUT_VALUE.isdisjoint(names):
+        if any(name.casefold() in SYMBOLIC for name in names):
             also.append("a parameter without a value is `null`: `m: null`")
         if is_unit(names[0]):
             also.append(f"a quantity in {shown(names[0])} stands alone, or is a parameter: `b: 2 {names[0]}`")

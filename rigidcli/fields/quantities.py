@@ -25,6 +25,7 @@ from rigidcli.fields.dimensions import (
 )
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import SHARED_SCHEMA, Alternative, ReadBy, Reader, environment
+from rigidcli.fields.words import list_meant, not_one_of
 
 LARGEST_SIZES: dict[Dimension | None, float] = {
     LENGTH: 1e50,
@@ -154,8 +155,6 @@ def _list_along(axes: str) -> BeforeValidator:
 
     def check(raw: object) -> object:
         if not isinstance(raw, list | tuple):
-            from rigidcli.fields.words import list_meant
-
             meant = list_meant(raw) if isinstance(raw, str) else None
             message = f"read {shown(raw)}, expected a list, such as [{axes}]"
             raise ValueProblem(message, hint=meant and f"write `{meant}`", typed=meant and str(raw))
@@ -170,8 +169,6 @@ Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
 
 def _read_point(raw: str, env: Environment) -> str:
     if raw not in ("origin", "com"):
-        from rigidcli.fields.words import not_one_of
-
         raise ValueProblem(not_one_of(raw, ("origin", "com")))
     return raw
 

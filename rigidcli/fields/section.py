@@ -41,6 +41,7 @@ from rigidcli.errors import (
     nearest,
     shown,
 )
+from rigidcli.fields import words
 from rigidcli.fields.environment import Environment
 
 # A key with a unit behind it: `side_cm`, `side (cm)`.
@@ -89,20 +90,17 @@ class Section(BaseModel):
         With it come the problems of the keys that the section does not have. `typed` maps the paths of such
         values, as they are read, to their paths in the document.
         """
-        from rigidcli.fields.words import bracketed, lists_meant
-
         fields = cls.model_fields.keys()
-        raw, cut = bracketed(raw)
+        raw, cut = words.bracketed(raw)
         problems = list[ValueProblem]()
-        for key, entries, words in list(lists_meant(raw, fields)):
+        for key, entries, given in list(words.lists_meant(raw, fields)):
             typing = cls.model_fields[key].annotation
             if get_origin(typing) is tuple and len(get_args(typing)) != len(entries):
                 continue
-            names = ", ".join(f"`{word}`" for word in words)
-            hint = f"write `{key}: {in_yaml(entries)}` for {names}"
-            problems.append(unknown_key(key, hint).below(words[0]))
-            raw = {name: value for name, value in raw.items() if name not in words} | {key: entries}
-            typed[key,] = (words[0],)
+            hint = f"write `{key}: {in_yaml(entries)}` for `{'`, `'.join(given)}`"
+            problems.append(unknown_key(key, hint).below(given[0]))
+            raw = {name: value for name, value in raw.items() if name not in given} | {key: entries}
+            typed[key,] = (given[0],)
         meant = {key: value for key, value in raw.items() if key in fields}
         for key in [key for key in raw if key not in fields]:
             problem, value = cls._stranger(key, raw, env).below(key), raw[key]
@@ -123,10 +121,10 @@ class Section(BaseModel):
         for keys in filter(None, (cls.ONE_OF, *cls.AT_MOST_ONE_OF)):
             given = [key for key in keys if raw.get(key) is not None]
             if len(given) > 1 or (not given and keys is cls.ONE_OF):
-                words = " and ".join(f"`{key}`" for key in given or keys)
+                named = " and ".join(f"`{key}`" for key in given or keys)
                 expected = "exactly one" if keys is cls.ONE_OF else "at most one"
                 which = ("both", "neither") if len(given or keys) == 2 else ("all", "none")
-                yield ValueProblem(f"{which[not given]} of {words} given, expected {expected}")
+                yield ValueProblem(f"{which[not given]} of {named} given, expected {expected}")
         for key, needed in cls.NEEDS.items():
             if raw.get(key) is not None and raw.get(needed) is None:
                 yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))
@@ -134,7 +132,6 @@ class Section(BaseModel):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         from rigidcli.fields.units import is_unit
-        from rigidcli.fields.words import key_slip
 
         unit = _WITH_UNIT.fullmatch(key) if len(key) <= LONGEST_SHOWN else None
         name = cls.called(unit[1], raw) if unit and is_unit(unit[2]) else None
@@ -142,8 +139,8 @@ class Section(BaseModel):
             hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
             return unknown_key(name, hint)
         if key in cls.INSIDE:
-            return belongs_inside(cls.INSIDE[key], key, raw[key])
-        if (slip := key_slip(key, cls.model_fields)) is not None:
+            return cls._belongs_inside(cls.INSIDE[key], key, raw[key])
+        if (slip := words.key_slip(key, cls.model_fields)) is not None:
             return slip
         elsewhere = cls._elsewhere(key, raw, env) if cls.called(key, raw) is None else None
         return elsewhere or cls._unknown(key, raw, env)
@@ -163,15 +160,13 @@ class Section(BaseModel):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
-        from rigidcli.fields.words import HINTS, KEYS_BY_WORD, folded
-
         keys = list(cls.model_fields)
         near = cls.called(key, raw)
-        if near is None and (hint := HINTS.get(folded(key))) is not None:
+        if near is None and (hint := words.HINTS.get(words.folded(key))) is not None:
             return ValueProblem("unknown key", hint=hint)
         # A section or a list under the guessed key is read, too, so that the guess must be a good one.
         # A key of other sections is hardly a misspelt one of this section.
-        alike = 0.75 if isinstance(raw[key], dict | list) else 0.65 if key in KEYS_BY_WORD else 0.6
+        alike = 0.75 if isinstance(raw[key], dict | list) else 0.65 if key in words.KEYS_BY_WORD else 0.6
         near = near or nearest(key, keys, alike)
         return unknown_key(near) if near is not None else cls._unguessed(key, raw, env)
 
@@ -180,12 +175,15 @@ class Section(BaseModel):
         """The problem of a key that is like none of the section."""
         return ValueProblem("unknown key", hint=f"known keys here: {', '.join(cls.model_fields)}")
 
+    @staticmethod
+    def _belongs_inside(section: str, key: str, value: object) -> ValueProblem:
+        hint = f"write `{section}: {in_yaml({key: value})}`"
+        return ValueProblem(f"belongs inside `{section}`", hint=hint, meant=(section, key))
+
     @classmethod
     def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
         """The missing key that `word` is a synonym of."""
-        from rigidcli.fields.words import keys_called
-
-        free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
+        free = (key for key in words.keys_called(word) if key in cls.model_fields and raw.get(key) is None)
         return next(free, None)
 
     def keep(self, **values: object) -> None:
@@ -214,15 +212,9 @@ def unknown_key(meant: str, hint: str | None = None) -> ValueProblem:
     return ValueProblem(f"unknown key{did_you_mean(meant)}", hint=hint, meant=(meant,))
 
 
-def belongs_inside(section: str, key: str, value: object) -> ValueProblem:
-    """The problem of a key that belongs to a section of the same mapping."""
-    hint = f"write `{section}: {in_yaml({key: value})}`"
-    return ValueProblem(f"belongs inside `{section}`", hint=hint, meant=(section, key))
-
-
-def optional(words: str, default: Any = None) -> Any:
-    """A key that may be left out; `words` say what it is."""
-    return Field(default=default, description=words)
+def optional(says: str, default: Any = None) -> Any:
+    """A key that may be left out; `says` tells what it is."""
+    return Field(default=default, description=says)
 
 
 def environment(info: ValidationInfo) -> Environment:
@@ -348,11 +340,9 @@ class SectionChoice(Reader):
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
-            from rigidcli.fields.words import AS_WRITTEN, with_colon
-
             message = f"read {shown(raw)}, expected a mapping{self.example and f', such as {self.example}'}"
-            cure = with_colon(raw) if isinstance(raw, str) else None
-            raise ValueProblem(message, hint=cure and AS_WRITTEN.format(cure), typed=cure and str(raw))
+            cure = words.with_colon(raw) if isinstance(raw, str) else None
+            raise ValueProblem(message, hint=cure and words.AS_WRITTEN.format(cure), typed=cure and str(raw))
         return self.choose(raw).model_validate(raw, context=info.context)
 
 
@@ -363,19 +353,17 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
         present = [key for key in forms if key in raw]
         if len({forms[key] for key in present}) == 1:
             return forms[present[0]]
-        from rigidcli.fields.words import HINTS, folded, key_slip, keys_called, lists_meant
-
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
         if len(present) > 1 and (empty := [key for key in present if raw[key] is None]):
             hint = "leave it out, or begin the lines that belong below it with more blanks"
             raise ValueProblem("read nothing", path=(empty[0],), hint=hint)
-        if slips := [slip.below(key) for key in raw if (slip := key_slip(key, forms)) is not None]:
+        if slips := [slip.below(key) for key in raw if (slip := words.key_slip(key, forms)) is not None]:
             raise slips[0]
         for key in raw if not present else ():
-            if (hint := HINTS.get(folded(key))) is not None:
+            if (hint := words.HINTS.get(words.folded(key))) is not None:
                 raise ValueProblem("unknown key", path=(key,), hint=hint)
-        called = [name for name, *_ in lists_meant(raw, forms)]
-        called += [name for key in raw for name in keys_called(key) if name in forms]
+        called = [name for name, *_ in words.lists_meant(raw, forms)]
+        called += [name for key in raw for name in words.keys_called(key) if name in forms]
         guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
         if guess is not None and not present:
             return forms[guess]  # which tells what is wrong with its keys

@@ -93,14 +93,11 @@ class UnitRow(NamedTuple):
 
     names: str
     definition: str
-    prefixed: str
-    """The names that take a short prefix, such as k; a long one, such as kilo, goes with longer names."""
-    remark: str
-    """The source of the value, or which of several units of this name it is."""
+    prefixed: str  # the names that take a short prefix, such as k; a long one goes with longer names
+    remark: str  # the source of the value, or which of several units of this name it is
 
 
 _LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
-
 TABLE = tuple(UnitRow(*line.split(",")) for line in _LINES[1:])  # the units of mechanics courses
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)

@@ -14,11 +14,8 @@ from typing import Any
 from rigidcli.errors import ValueProblem, did_you_mean, in_yaml, nearest, shown
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
-
 # The kind of a row, a name of the documents, and words that may stand for it.
 _ROWS = [line.split(",", 2) for line in _LINES[1:]]
-
-
 _OF_LISTS = ("entries", "components")  # the kinds of rows with the keys that may stand for a list
 
 
@@ -52,6 +49,9 @@ HALVED = _by_word("half")
 # Keys with a list for which several keys may stand; components that are not given are zero.
 LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROWS if kind in _OF_LISTS]
 HINTS = _texts("hint")  # the hints for keys that no section has
+FLAT_LISTS = _texts("flat")  # the cures for a list of numbers under keys that expect lists in it
+LISTS_OF_MAPPINGS = _texts("mappings")  # what is said of a mapping under keys that expect several in a list
+MARKUPS = _texts("markup")  # texts that begin as XML does, by a word in them: what they are, and the cure
 # Units for words, also of other languages; and for what homework writes, in these very letters.
 UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
 STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
@@ -160,15 +160,15 @@ def variable_called(word: str, variables: Collection[str]) -> str | None:
     word = re.sub(r"(_?0|_?init(ial)?|\((0|t)\))$", "", word)  # initial values
     if word in variables:
         return word
-    for only, words in (
-        (velocities, ("v", "vel", "velocity")),
-        (momenta, ("p", "momentum")),
-        (others, ("q",)),
+    for only, letter, longer in (
+        (velocities, "v", "vel velocity"),
+        (momenta, "p", "momentum"),
+        (others, "q", ""),
     ):
-        if len(only) == 1 and word in words:
+        if len(only) == 1 and word in (letter, *longer.split()):
             return only[0]
         for name, number in zip(only, range(1, len(only) + 1), strict=True):
-            if word in (f"{words[0]}{number}", f"{words[0]}_{number}"):
+            if word in (f"{letter}{number}", f"{letter}_{number}"):
                 return name
     tables = [(velocities, "dot", "velocity"), (momenta, "p_", "momentum")]
     for names, affix, kind in tables if momenta or velocities else [(others, " ", "force")]:
@@ -195,12 +195,8 @@ def mapping_meant(raw: object, names: Sequence[str], needed: Collection[str]) ->
 
 def keys_called(word: str) -> tuple[str, ...]:
     """The keys for which a word may stand, its own spelling as a key among them."""
-    plain = folded(word)
-    return (
-        *KEYS_BY_WORD.get(word, ()),
-        plain,
-        *(KEYS_BY_WORD.get(plain, ()) if word not in KEYS_BY_WORD else ()),
-    )
+    plain, names = folded(word), KEYS_BY_WORD.get(word)
+    return (plain, *KEYS_BY_WORD.get(plain, ())) if names is None else (*names, plain)
 
 
 DIAGONAL = re.compile(r"diag\(\[?([^()\[\]]*)\]?\)")  # a diagonal matrix, as in Python
@@ -224,11 +220,8 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
     groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
         last = groups[-1][1][-1] if groups else None
-        if (
-            isinstance(last, str)
-            and last.count("(") > last.count(")")
-            and not _DIGITS.match(last.lstrip("("))
-        ):
+        is_text = isinstance(last, str) and not _DIGITS.match(last.lstrip("("))
+        if is_text and last.count("(") > last.count(")"):
             groups[-1][1][-1] = f"{last}, {key}" if value is None else f"{last}, {key}: {value}"
         elif groups and value is None and _DIGITS.match(key):
             groups[-1][1].append(key)
