@@ -130,10 +130,8 @@ class _AnyForm(SectionChoice):
             assert problem is not None
             raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
         rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
-        problems = [] if problem is None else [problem.below(key)]
         read = partial(shape.model_validate, rest, context=info.context)
-        form: Section = refuse(shape.__name__, problems, read)
-        return form
+        return read() if problem is None else refuse(shape.__name__, [problem.below(key)], read)
 
 
 BODY = _AnyForm(

@@ -60,9 +60,8 @@ def blocks(path: Path) -> Iterator[Block]:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
-        hint = "a dash has a blank behind it: write `- [m, x, y, z]`" if "-[" in path.name else None
-        if re.match(r"[-\d.]+[, ]", path.name):
-            hint = "each point is a list: `points: [[m, x, y, z]]`"
+        hint = "each point is a list: `points: [[m, x, y, z]]`" if ", " in path.name else None
+        hint = "a dash has a blank behind it: write `- [m, x, y, z]`" if "-[" in path.name else hint
         raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`", hint=hint)
     block = None
     with opened(path) as file:
