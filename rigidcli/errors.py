@@ -10,8 +10,9 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Self, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Self, TypeAlias
 
+# What the exit codes of the program mean; of several FILES the worst one is returned.
 EXIT_CODES = {
     0: "done",
     1: "`check` judged something not correct",
@@ -20,8 +21,6 @@ EXIT_CODES = {
     4: "the computation cannot be done, or has no closed form where one is asked for",
     130: "interrupted",
 }
-"""What the exit codes of the program mean; of several FILES the worst one is returned."""
-
 Path: TypeAlias = tuple[str | int, ...]  # the way to a value in a document: keys, and indices of lists
 
 
@@ -111,10 +110,8 @@ class ExpressionError(ValueProblem):
     `column` counts characters from 1, and stands in the message; None where no single place is to blame.
     """
 
-    def __init__(
-        self, message: str, *, column: int | None = None, hint: str | None = None, code: str = ""
-    ) -> None:
-        super().__init__(message if column is None else f"{message} at column {column}", hint=hint, code=code)
+    def __init__(self, message: str, *, column: int | None = None, **details: Any) -> None:
+        super().__init__(message if column is None else f"{message} at column {column}", **details)
         self.column = column
 
 
@@ -197,7 +194,7 @@ def shown(raw: object) -> str:
         return f"a list of {len(raw)}" if raw else "an empty list"
     if raw is None:
         return "nothing"
-    text = raw if isinstance(raw, str) else json.dumps(raw) if isinstance(raw, bool) else str(raw)
+    text = in_yaml(raw)
     return f"`{shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 

@@ -32,6 +32,8 @@ from rigidcli.fields.quantities import (
 )
 from rigidcli.fields.section import ReadBy, Section, Title, by_key, environment, optional
 
+# The variables of the components of a torque, in the order of the arguments of its functions. Here e3 is the
+# third principal axis as `axes` prints it.
 TORQUE_VARIABLES = {
     "t": "time (s)",
     **{f"w{k}": f"angular velocity (rad/s) along {axis} of the body" for k, axis in enumerate("xyz", 1)},
@@ -43,11 +45,6 @@ TORQUE_VARIABLES = {
         for axis in "xyz"
     },
 }
-"""The variables of the components of a torque, in the order of the arguments of its functions.
-
-Here e3 is the third principal axis as `axes` prints it.
-"""
-
 _COMPONENT = ReadBy(
     lambda raw, info: environment(info).formula(raw, ENERGY, tuple(TORQUE_VARIABLES)),
     {

@@ -70,15 +70,12 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
 def _require_value(name: str, value: object, names: Collection[str]) -> None:
     """Raise ValueProblem for a word, or the name itself, where a parameter stays a symbol."""
     word = folded(value) if isinstance(value, str) else None
+    hint = None
     if isinstance(value, dict) and "value" in value and {*value} <= {"value", "unit"}:
         hint = f"write `{name}: {value['value']} {value.get('unit', '')}".rstrip() + "`"
-        raise ValueProblem("read a mapping, expected a number", hint=hint)
-    if (
-        isinstance(value, list)
-        and len(value) > 1
-        and not any(isinstance(entry, list | dict) for entry in value)
-    ):
+    elif isinstance(value, list) and len(value) > 1:
         hint = f"one after another: `--sweep parameters.{name}={','.join(map(str, value))}`"
+    if hint is not None:
         raise ValueProblem(f"read {shown(value)}, expected a number", hint=hint)
     if value == name or (word in SYMBOLIC and value not in names):
         hint = f"a symbol has no value: write `{name}: null`"

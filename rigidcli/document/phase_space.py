@@ -296,11 +296,8 @@ ENERGIES = ("H", "T", "V")
 def _variables(env: Environment) -> tuple[str, ...]:
     names = env.names.coordinates or ()
     limits = [name for name, meaning in env.names.meanings.items() if meaning == MULTIPLIER]
-    taken = {
-        *env.declared,
-        *env.names.meanings,
-        *(function.base for function in env.names.functions.values()),
-    }
+    functions = {function.base for function in env.names.functions.values()}
+    taken = {*env.declared, *env.names.meanings, *functions}
     energies = [name for name in ENERGIES if name not in taken]
     return (*names, *map(momentum, names), *map(velocity, names), *limits, *energies, "t")
 

@@ -162,8 +162,7 @@ Tolerance = Annotated[
 class Sampling(Section):
     """The span of a motion that begins at t = 0, and its samples."""
 
-    STARTS: ClassVar[str]
-    """The key of the start or of the ensemble."""
+    STARTS: ClassVar[str]  # the key of the start or of the ensemble
 
     AT_MOST_ONE_OF: ClassVar = (("samples", "step", "times"), ("duration", "times"))
     NEEDS: ClassVar = {"step": "duration"}

@@ -254,10 +254,8 @@ def find_slip(text: str, error: Any) -> Slip | None:
     plain = _QUOTED.sub(lambda match: " " * len(match[0]), lines[noticed])
     for opening, closing in _PAIRS.items():
         if plain.count(closing) > plain.count(opening):
-            column = plain.rindex(closing) + 1
-            return here._replace(
-                column=column, message=f"this `{closing}` closes no bracket", hint="leave it out"
-            )
+            message = f"this `{closing}` closes no bracket"
+            return Slip(noticed + 1, plain.rindex(closing) + 1, message, "leave it out")
     before = lines[noticed][: mark.column]
     if re.fullmatch(r"\s*\w*", before) and ("block" in context or "mapping values" in problem):
         hint = "the entries of a mapping, or of a list, begin in the same column"

@@ -395,6 +395,7 @@ class PoincareSection(Section):
     )
 
 
+# A section, or what passes zero alone.
 SectionTyped = Annotated[
     PoincareSection | None,
     BeforeValidator(
@@ -402,7 +403,6 @@ SectionTyped = Annotated[
         json_schema_input_type=PoincareSection | str | None,
     ),
 ]
-"""A section, or what passes zero alone."""
 
 
 class Orbit(Sampling):

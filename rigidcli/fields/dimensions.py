@@ -94,9 +94,7 @@ def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
 
     A radian counts as 1: an angle may be left out (`1/s` for an angular velocity) or join a
     product (`kg m^2 rad/s`), but a mere angle is no pure number. Hertz and radians never mix.
-
-    Raises:
-        ValueProblem: the dimensions differ; the message names both.
+    Raises ValueProblem, which names both dimensions.
     """
     rest = given._replace(angle=0)
     angle_fits = given.angle in (0, expected.angle) or (expected.angle == 0 and rest != DIMENSIONLESS)

@@ -27,13 +27,8 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import SHARED_SCHEMA, Alternative, ReadBy, Reader, environment
 from rigidcli.fields.words import list_meant, not_one_of
 
-LARGEST_SIZES: dict[Dimension | None, float] = {
-    LENGTH: 1e50,
-    MASS: 1e100,
-    MOMENT_OF_INERTIA: 1e200,
-}
-"""The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
-
+# The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats.
+LARGEST_SIZES: dict[Dimension | None, float] = {LENGTH: 1e50, MASS: 1e100, MOMENT_OF_INERTIA: 1e200}
 DEFAULT_LIMIT = 1e160  # the limit of numbers of other dimensions
 # A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it.
 FULL_TURN = 6.2832

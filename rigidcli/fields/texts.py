@@ -28,7 +28,8 @@ NOT_READ = frozenset(
 )
 CONVERT_HINT = "save it as STL in the program that made it, or in one that converts meshes"
 
-BINARY_FILES = {
+# The kinds of binary files, by the bytes with which they begin.
+_BINARY_FILES = {
     b"%PDF": "a PDF",
     b"PK\x03\x04": "a document of Word or another office program, or an archive (zip)",
     b"\xd0\xcf\x11\xe0": "a document of an old office program",
@@ -36,14 +37,12 @@ BINARY_FILES = {
     b"\x1f\x8b": "a compressed file (gzip)",
     **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"), "a picture"),
 }
-"""The kinds of binary files, by the bytes with which they begin."""
-
 _PLAIN_TEXT = (
     "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
 )
 # What is said of files that are no texts, and the cures, by the bytes with which they begin.
 _NO_TEXTS = {LFS_POINTER: _LFS_PROBLEM} | {
-    begin: (f"this is {kind}, expected plain text", _PLAIN_TEXT) for begin, kind in BINARY_FILES.items()
+    begin: (f"this is {kind}, expected plain text", _PLAIN_TEXT) for begin, kind in _BINARY_FILES.items()
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how a text in UTF-16 begins, as `>` of PowerShell writes it
 

@@ -57,8 +57,7 @@ class Unit:
     def si(self, number: Fraction) -> float:
         """`number` of the unit in SI units, rounded once: 1.1 cm is 0.011, not 1.1 * 0.01.
 
-        Raises:
-            ValueProblem: the result is too large for a float.
+        Raises ValueProblem where it is too large for a float.
         """
         try:
             return float(number * self.factor * _PI**self.pi_power)
@@ -74,6 +73,7 @@ class Unit:
 
 # --- the table
 
+# SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words.
 # fmt: off
 PREFIXES = {prefix: power for power, prefixes in {
     -30: "q quecto", -27: "r ronto", -24: "y yocto", -21: "z zepto", -18: "a atto", -15: "f femto",
@@ -82,7 +82,6 @@ PREFIXES = {prefix: power for power, prefixes in {
     21: "Z zetta", 24: "Y yotta", 27: "R ronna", 30: "Q quetta",
 }.items() for prefix in prefixes.split()}
 # fmt: on
-"""SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
 # The dimensions of units that no other units define, by the word in place of a definition.
 _BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequency": FREQUENCY}
@@ -182,12 +181,11 @@ def _listed(texts: list[str]) -> str:
 
 # --- reading
 
+# Characters for which ASCII, or another character of the same look, is read.
 _SPELLINGS = str.maketrans(
     {"°": "deg", "′": "arcmin", "″": "arcsec", "Å": "angstrom", "\u212b": "angstrom"}
     | {"μ": "µ", "\u2126": "Ω", "ℓ": "l", "·": "*", "⋅": "*", "−": "-"}
 )
-"""Characters for which ASCII, or another character of the same look, is read."""
-
 _JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")  # the point of `kg.m^2` and the hyphen of `N-m`
 # A name, a power, or any other character, which is a sign or an error.
 _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
@@ -197,9 +195,8 @@ _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
 def parse_unit(text: str) -> Unit:
     """The unit that a text such as `g/cm^3`, `N m` or `1/s` names.
 
-    Raises:
-        ValueProblem: the text is no unit, or names one that is unknown, ambiguous, offset
-            (`degC`), or too large or too small for a float.
+    Raises ValueProblem for a text that is no unit, or names one that is unknown, ambiguous, offset (`degC`),
+    or too large or too small for a float.
     """
     if len(text) > LONGEST_UNIT:
         raise ValueProblem(f"a unit of {len(text)} characters, expected at most {LONGEST_UNIT}")

@@ -211,8 +211,7 @@ def times_meant(typed: str) -> str | None:
     return span and f"instead write `duration: {span[4]}` and `{count}: {span[5]}`"
 
 
-# The hint for a key and its value that have become one text.
-AS_WRITTEN = "write `{}`: a colon, and a blank after it"
+AS_WRITTEN = "write `{}`: a colon, and a blank after it"  # for a key and its value that are one text
 
 
 def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
