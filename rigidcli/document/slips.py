@@ -52,7 +52,9 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             problem.hint = f"write `{meant}`"
         place = (problem.path, problem.code == UNKNOWN_KEY)
         is_shorter = kind == "missing" and isinstance(path[-1], int)  # the last entry that lacks tells of all
-        if place not in explained or not explained[place].hint or is_shorter:
+        first = explained.get(place)
+        # That a text stands in quotes is told of one that has no other problem.
+        if first is None or not first.hint or first.code == "parse_error" or is_shorter:
             explained[place] = problem
     cured = {path for (path, unknown), problem in explained.items() if unknown and problem.hint}
     return [each for (path, unknown), each in explained.items() if unknown or each.hint or path not in cured]

@@ -219,8 +219,8 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
     groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
         last = groups[-1][1][-1] if groups else None
-        is_text = isinstance(last, str) and not _DIGITS.match(last.lstrip("("))
-        if is_text and last.count("(") > last.count(")"):
+        text = last if isinstance(last, str) and not _DIGITS.match(last.lstrip("(")) else ""
+        if text.count("(") > text.count(")"):
             groups[-1][1][-1] = f"{last}, {key}" if value is None else f"{last}, {key}: {value}"
         elif groups and value is None and _DIGITS.match(key):
             groups[-1][1].append(key)
@@ -232,11 +232,9 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
         mended[key] = entries[0]
         if len(entries) == 1 and entries[0] is not raw[key]:
             cure = f'write `{key}: "{entries[0]}"`'
-            if diagonal := DIAGONAL.fullmatch(str(entries[0])):
-                cure = f"write `moments: [{diagonal[1]}]`"
-            cure = (times_meant(str(entries[0])) if key == "times" else None) or cure
-            message = "in braces a text with a comma stands in quotes"
-            problems.append(ValueProblem(message, path=(key,), hint=cure, typed=str(raw[key])))
+            slip = ValueProblem("in braces a text with a comma stands in quotes", path=(key,), hint=cure)
+            slip.typed, slip.code = str(raw[key]), "parse_error"
+            problems.append(slip)
         if len(entries) > 1:
             entries = [entry.strip(" ()<>") if isinstance(entry, str) else entry for entry in entries]
             typed, cure = ", ".join(map(str, entries)), f"write `{key}: {in_yaml(entries)}`"
