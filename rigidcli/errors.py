@@ -218,14 +218,14 @@ def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
 
     if len(words) > MOST_WORDS_COMPARED:
         return None
-    folded = {other.casefold(): other for other in words}
-    plain = word.casefold()
+    plain, folded = word.casefold(), {other.casefold(): other for other in words}
 
     def unlike(other: str) -> tuple[float, int]:
-        # Of words that are equally alike, one of nearly the same length is nearest: com, not corner, for con.
+        # Of equally alike words, one of nearly the same length is nearest: com, not corner, for con.
         return -difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain))
 
-    return folded.get(min(difflib.get_close_matches(plain, folded, cutoff=cutoff), key=unlike, default=""))
+    near = difflib.get_close_matches(plain, folded, cutoff=cutoff)
+    return folded[min(near, key=unlike)] if near else None
 
 
 def did_you_mean(meant: str | None) -> str:

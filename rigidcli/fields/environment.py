@@ -150,7 +150,7 @@ class Environment:
         from rigidcli.language.expression import parse
 
         number = text.casefold().lstrip("+-")
-        if number in ("nan", "inf", "infinity") and text not in self.declared:
+        if number in ("nan", "inf", "infinity") and text not in {*self.declared, *variables}:
             raise ValueProblem(f"read {shown(text)}, expected a finite number")
         if marked := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:(\"|\u201d|'')|['\u2019])\s*", text):
             units = (

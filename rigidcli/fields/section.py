@@ -192,7 +192,7 @@ class Section(BaseModel):
         self.__dict__.update(values)
 
 
-def _put(tree: dict[str, Any], path: Path, value: object) -> bool:
+def _put(tree: dict[Any, Any], path: Path, value: object) -> bool:
     """Put a value into a mapping, or a copy of one in it, unless one stands there; whether that was done."""
     *above, key = path
     for step in above:
@@ -355,8 +355,8 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
             return forms[present[0]]
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
         if len(present) > 1 and (empty := [key for key in present if raw[key] is None]):
-            hint = "leave it out, or begin the lines that belong below it with more blanks"
-            raise ValueProblem("read nothing", path=(empty[0],), hint=hint)
+            cure = "leave it out, or begin the lines that belong below it with more blanks"
+            raise ValueProblem("read nothing", path=(empty[0],), hint=cure)
         if slips := [slip.below(key) for key in raw if (slip := words.key_slip(key, forms)) is not None]:
             raise slips[0]
         for key in raw if not present else ():
