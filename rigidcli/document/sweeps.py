@@ -177,7 +177,7 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
         try:
             end = Environment().typed(text)
             if isinstance(end, Amount):
-                number, unit = finite(end.digits), end.unit
+                number, unit = finite(end.number), end.unit
             else:  # a number, perhaps with a sign, or something like pi/2
                 is_rounded |= not isinstance(getattr(end.root, "operand", end.root), Number)
                 number, unit = finite(end.evaluate({})), None

@@ -38,9 +38,9 @@ LONGEST_LIST = 20  # the most names that a message lists: two lines of them
 
 
 class Amount(NamedTuple):
-    """A number or a quantity: the digits as they are typed, and the unit; None for a number alone."""
+    """A number or a quantity: the number as it is typed, and the unit; None for a number alone."""
 
-    digits: str
+    number: str | float | Decimal
     unit: Unit | None = None
 
 
@@ -143,7 +143,7 @@ class Environment:
             expected = "a number or an expression" if variables else number_of(dimension)
             raise ValueProblem(f"read {shown(raw)}, expected {expected}")
         finite(raw)
-        return Amount(str(raw))
+        return Amount(raw)
 
     def _of_text(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Typed:
         from rigidcli.fields.units import quantity_meant, without_separators
@@ -231,17 +231,19 @@ class Environment:
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity, or an expression in the parameters. Raises ValueProblem."""
+        if type(raw) in (int, float, Decimal) and not self.arithmetic.exact:
+            return finite(raw)  # most numbers of a document, which are read anew at each point of a sweep
         return self.worked(self.typed(raw, dimension), dimension)
 
     def worked(self, typed: Typed, dimension: Dimension | None) -> Any:
         """The SI value of a number, quantity or expression: a float, or exact. Raises ValueProblem."""
         exact = self.arithmetic.exact
         if isinstance(typed, Amount):
-            digits, unit = typed
+            number, unit = typed
             if not exact:
-                return float(digits) if unit is None else _in_si(digits, unit)
-            number = _exact(digits)
-            return number if unit is None else number * unit.factor * self.arithmetic.pi**unit.pi_power
+                return float(number) if unit is None else _in_si(str(number), unit)
+            value = _exact(str(number))
+            return value if unit is None else value * unit.factor * self.arithmetic.pi**unit.pi_power
         names = typed.names
         self._use(names)
         if any(self.declared[name].is_broken for name in names) or self._without_value(names):
@@ -283,12 +285,11 @@ class Environment:
 
         if not isinstance(typed, Amount):
             return typed
-        digits, unit = typed
-        if unit is None:
-            return parse(digits)
-        number = Fraction(repr(finite(digits)))
-        unit.si(number)  # which may be beyond all floats
-        return parse(exact_text(number * unit.factor, unit.pi_power))
+        if typed.unit is None:
+            return parse(str(typed.number))
+        number = Fraction(repr(finite(typed.number)))
+        typed.unit.si(number)  # which may be beyond all floats
+        return parse(exact_text(number * typed.unit.factor, typed.unit.pi_power))
 
     def value(self, expression: Expression) -> float | None:
         """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
