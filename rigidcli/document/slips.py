@@ -79,7 +79,8 @@ def _by_text(key: str, read: str, message: str) -> str | None:
     if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
         return f"[{read}]"
     bare = _MODULES.sub("", read)
-    return words.value_meant(key, read) or (bare if bare != read else _number_meant(read, message))
+    is_function = bare != read and "expected a list" not in message
+    return words.value_meant(key, read) or (bare if is_function else _number_meant(read, message))
 
 
 def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:

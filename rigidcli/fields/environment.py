@@ -231,7 +231,7 @@ class Environment:
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity, or an expression in the parameters. Raises ValueProblem."""
-        if type(raw) in (int, float, Decimal) and not self.arithmetic.exact:
+        if isinstance(raw, Decimal | float | int) and not (isinstance(raw, bool) or self.arithmetic.exact):
             return finite(raw)  # most numbers of a document, which are read anew at each point of a sweep
         return self.worked(self.typed(raw, dimension), dimension)
 
