@@ -21,6 +21,7 @@ from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import PURE, TypedNumber, in_dimension
 from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import undecorated
 
 
@@ -153,14 +154,24 @@ _YES = ["yes", "y", "yep", "yeah", "ja", "jawohl", "oui", "si", "wahr", "vrai", 
 _NO = ["no", "n", "nope", "nein", "non", "falsch", "faux", "falso"]
 TRUTH = dict.fromkeys(_YES, "true") | dict.fromkeys(_NO, "false")
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
-# The classes of tops: an answer may add, or leave out, `symmetric top` behind them.
-CLASSES = (*get_args(BodyClass), "symmetric")
+# The classes of tops: an answer may add, or leave out, `symmetric top` beside them.
+CLASSES = frozenset([*get_args(BodyClass), "symmetric"])
 STABILITY = ("stable", "unstable", "marginal", "stabil", "instabil", "instable")
+# Classes of tops and kinds of stability in other words: what is not unstable is stable.
+_ONE_SPELLING = rules(
+    (r"\b(prolat|oblat)(?:er)?\b", r"\1e"),
+    (r"symmetri(?:cal|scher?)\b", "symmetric"),
+    (r"\b(?:e?stable|stabile?)\b", "stable"),
+    (r"\b(?:(?:in|un) ?e?stab(?:le|ile?)|labile?|(?:not|non|nicht|pas|no) stable)\b", "unstable"),
+    (r"\b(?:not|non|nicht|pas|no) unstable\b", "stable"),
+    (r"(?<=stable) (?:equilibrium|motion|point|position|rotation|state)\Z", ""),
+)
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
 )
 _SUBJECT = re.compile(
-    r"^(?:(?:body|top|system|motion|class|type|it|this|körper|kreisel) (?:is|ist|est|es) )+"
+    r"^(?:(?:(?!(?:not|no|none|nothing|never|neither|nor|nicht|kein\w*|or|oder|but|aber)\b)[\w()]+ ){0,7}"
+    r"(?:is|ist|est|es|(?:will|should|must) be) )+"
 )
 _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
 _REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")  # what stands before a reason
@@ -171,7 +182,7 @@ _DOUBTFUL = re.compile(
 )
 _HEDGE = re.compile(r"\A(?:almost|nearly|hardly|quasi|fast|presque|casi) ")
 # The end of `yes, it is not`; the reason in `yes, it does not depend on t` denies something else.
-_TAKEN_BACK = re.compile(r"\b(?:not|nicht|pas|no)\Z")
+_TAKEN_BACK = re.compile(r"\b(?:not|nicht|pas|no)\Z|\A(?:it|das|es) (?:is|ist) (?:not|nicht) \w+\Z")
 # Blanks and hyphens between words; a hyphen before the first word may be a minus sign.
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
 
@@ -188,11 +199,8 @@ class ChoiceKey:
         """Whether an answer has the words of the key, of the table, or the key and some of these."""
         plain, own = str(self.plain), _plain(self.words.partition(":")[0])
         joined = re.sub(r"\A(\w) (\w+)\Z", r"\1\2", plain)  # pphi for p_phi
-        short = _class_of(value)
-        is_class = short == plain or (short in CLASSES and short == _class_of(plain))
         is_part = set(plain.split()) <= set(value.split()) <= set(own.split())
-        is_same = re.sub(r"\Anot ", "un", value) == re.sub(r"\Anot ", "un", plain)  # not stable is unstable
-        return value in (plain, joined, own, _plain(self.words)) or is_same or is_class or is_part
+        return value in (plain, joined, own, _plain(self.words)) or is_part or _sense(value) == _sense(plain)
 
 
 class ChoiceKind(AnswerKind):
@@ -226,19 +234,25 @@ class ChoiceKind(AnswerKind):
         return ReadAnswer(chosen, ", ".join(sorted(chosen)) or "none")
 
     def judge(self, key: ChoiceKey, value: str | frozenset[str]) -> Outcome:
-        is_right, stands = value == key.plain, False
+        is_right, why = value == key.plain, ""
         if isinstance(value, str) and key.plain in TRUTH.values():
             said, *rest = re.split(r"\W+", value, maxsplit=1)
-            stands, remark = TRUTH.get(said, said) == key.plain, " ".join(rest).rstrip(" .!")
+            said, remark = TRUTH.get(said, said), " ".join(rest).rstrip(" .!")
             is_denied = key.plain == TRUTH["yes"] and _TAKEN_BACK.search(remark)
-            is_right = stands and not (is_denied or value.endswith("?") or _OPPOSITE.search(remark))
+            is_clear = not (is_denied or value.endswith("?") or _OPPOSITE.search(remark))
+            is_right = said == key.plain and is_clear
+            if said not in TRUTH.values():
+                why = "it says neither yes nor no"
+            elif said == key.plain:
+                why = "the right word stands in a longer answer"
         elif isinstance(value, str):
             first, reason = _split(value)
             is_right = key.is_met(value) or (key.is_met(first) and not _DOUBTFUL.search(reason))
             stands = re.search(rf"(?<!\w){re.escape(str(key.plain))}(?!\w)", value) is not None
-            stands = stands or key.is_met(_HEDGE.sub("", value))
-        if stands and not is_right:
-            return Outcome.review("the right word stands in a longer answer")
+            if stands or key.is_met(_HEDGE.sub("", value)):
+                why = "the right word stands in a longer answer"
+        if why and not is_right:
+            return Outcome.review(why)
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
     def typed(self, key: ChoiceKey) -> Tree:
@@ -255,11 +269,14 @@ def _text(answer: Tree) -> str:
     return plain
 
 
-def _class_of(words: str) -> str:
-    """The short form of a class of tops: `prolate` for a prolate symmetric top."""
-    words = re.sub(r"\b(prolat|oblat)(?:er)?\b", r"\1e", words)
-    words = re.sub(r"symmetri(?:cal|scher?)\b", "symmetric", words)
-    return re.sub(r"(?<=\w)(?: symmetric)?(?: (?:body|top|rotor|rotator|kreisel))?\Z", "", words)
+def _sense(words: str) -> str | frozenset[str]:
+    """What words say of a top or of stability, in one spelling: a class stands for its symmetric top."""
+    words = rewritten(words, _ONE_SPELLING)
+    told = frozenset(re.findall(r"\w+", words))
+    if told.isdisjoint(CLASSES):
+        return words
+    told -= {"body", "top", "rotor", "rotator", "kreisel", "spheroid"}
+    return told - {"symmetric"} or told
 
 
 def _split(value: str) -> tuple[str, str]:
@@ -285,7 +302,8 @@ def _plain(text: str) -> str:
     letters = undecorated(re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text)))
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
-    words = letters.casefold().strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
+    words = re.sub(r"(?<=is)n['’]t\b", " not", letters.casefold())
+    words = words.strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
     words = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(_unless_opposite, words)
     words = _BETWEEN.sub(" ", _SUBJECT.sub("", _ARTICLE.sub("", words.strip()))).strip(" .!")
     return TRUTH.get(words.replace("í", "i"), words)
