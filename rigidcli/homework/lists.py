@@ -105,26 +105,26 @@ def closings_of(text: str) -> dict[int, int]:
     return ends
 
 
-# A divisor behind the brackets of a list, and its unit: `/sqrt(2) m`.
-_DIVIDED = re.compile(rf"(?s)/\s*((?:\\?sqrt|√)?\s*[({{]?{DECIMAL}[)}}]?)\s*(.*)")
-
-
 def _parts(text: str) -> tuple[str, str, str]:
-    """The factor before, the entries in, and the unit behind the brackets of a list."""
+    """The factor before, the entries in, and the divisor or unit behind the brackets of a list."""
+    text = text if _is_several(_bare(text)) else _bare(text)
     for start, end in sorted(closings_of(text).items())[:MOST_BRACKETS]:
         before, within, behind = text[:start], text[start + 1 : end], text[end + 1 :]
-        is_list = _is_several(within) or within.lstrip()[:1] in ("[", "{")
+        is_list = _is_several(_bare(within)) or within.lstrip()[:1] in ("[", "{")
         if not is_list or (text[start] == "(" and before.endswith("atan2")):
             continue
         if re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind):
             break  # rows without brackets round them
-        factor, behind = before.rstrip(" \t\n*"), behind.strip()
-        if divided := _DIVIDED.fullmatch(behind):
-            return f"({factor or 1})/{divided[1]}", within, divided[2]
-        if behind.startswith("/"):
+        if behind.lstrip()[:1] == "/" and re.search("[,;\n]", without_brackets(behind)):
             break
-        return factor, within, behind.lstrip("* ")
+        factor = re.sub(r"\A\s*([-+])\s*\Z", r"\g<1>1", before).rstrip(" \t\n*")
+        return factor, within, behind.strip().removeprefix("*").lstrip()
     return "", text, ""
+
+
+def _bare(text: str) -> str:
+    """A text without brackets around the whole of it."""
+    return _bare(text.strip()[1:-1]) if is_enclosed(text) else text
 
 
 def _is_several(text: str) -> bool:
@@ -204,11 +204,15 @@ def _formulas(row: str) -> list[str]:
 
 
 _WORDS_OF_COUNTS = {
-    2: "twice|doubl[ey](?: degenerate)?|degenerate|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois",
+    1: "once|single|simple|einfach",
+    2: "twice|(?:(?:doubly|2-?fold) )?degenerate|double|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois",
     3: "three times|thrice|tripl[ey](?: degenerate)?|dreifach|3 ?times|3-?fold|threefold|trois fois",
 }
 _SEVERAL = {
-    n: re.compile(rf"(?i)\s*[(\[]\s*(?:{n} ?[x×]|[x×] ?{n}|multiplicity {n}|{words})\s*[)\]]")
+    n: re.compile(
+        rf"(?i)\s*[(\[]\s*(?:{n} ?[x×]|[x×] ?{n}|(?:mult(?:iplicity|\.)?|deg\.?) {n}|{words})\s*[)\]]"
+        rf"|\s+(?:{words}|with multiplicity {n})\s*\Z"
+    )
     for n, words in _WORDS_OF_COUNTS.items()
 }
 _BOTH_SIGNS = re.compile(
@@ -242,7 +246,8 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
         return [_moved(each, factor, unit) for each in entry]
     if isinstance(entry, dict):
         return {name: _moved(each, factor, unit) for name, each in entry.items()}
-    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}".rstrip()
+    entry = f"({factor})*({entry})" if factor else f"({entry})" if unit[:1] in ("/", "1") else entry
+    return f"{entry}{'*' * (unit[:1] == '1')}{' ' * (unit[:1] != '/')}{unit}".rstrip()
 
 
 # An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`.
@@ -270,7 +275,7 @@ _BRACKETS = str.maketrans(
 )
 _TRANSPOSED = (
     r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)"
-    r"\s*[)}]{0,2}|ᵀ|'|\.T)(?!\w)"
+    r"\s*[)}]{0,2}|[ᵀᵗ]|'|\.T)(?!\w)"
 )
 _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
 _SHARED = r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
@@ -320,33 +325,39 @@ def _separated(text: str) -> str:
 
 # --- sums of unit vectors
 
-AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
+AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2, "₁": 0, "₂": 1, "₃": 2}
 _E = "\ue000"  # the sign that stands before the axis of a unit vector, once it is found
 _DRESS = r"\\(?:hat|vec|mathbf|mathrm|boldsymbol|bm|bf|widehat|overrightarrow)\s*"
 # Unit vectors in LaTeX, with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
 _UNIT_VECTORS = (
     re.compile(
-        rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*(?:e\s*\}}*\s*_\s*\{{?\s*([xyz123])"
-        r"|\\?([ijk](?:math)?|[xyz]))(?![A-Za-z])\s*\}*"
+        rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*e\s*\}}*\s*_\s*(?:\{{\s*([xyz123])\s*\}}|([xyz123]))(?![A-Za-z])"
+        rf"|(?:{_DRESS})+(\{{)?\s*(?:{_DRESS})*(\{{)?\s*\\?([ijk](?:math)?|[xyz])(?![A-Za-z])(?(4)\s*\}})(?(3)\s*\}})"
     ),
-    re.compile("([ijkxyz])[\u0302\u20d7]|e[\u0302\u20d7]?_?([xyz123])(?![\\w])"),
-    re.compile(r"(?<![A-Za-z_\\])(?:e_?\{?([xyz123])\}?|([ijk]))(?![\w(\ue000])"),
+    re.compile("([ijkxyz])[\u0302\u20d7]|e[\u0302\u20d7]_?([xyz123₁₂₃])(?![\\w])"),
+    re.compile(r"(?<![A-Za-z_\\])(?:[eu]_?\{?([xyz])\}?|(?<!\d)[eu]_?\{?([123])\}?|([ijk]))(?![\w(\ue000])"),
     re.compile(r"(?<![A-Za-z_\\])([xyz])(?![\w(])"),
 )
 _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
 
 
+def _marked(vector: re.Match[str]) -> str:
+    """The place of a unit vector among x, y and z, behind the sign for it."""
+    return f" {_E}{next(AXES[part[0]] for part in vector.groups() if part and part[0] in AXES)} "
+
+
 def _in_unit_vectors(text: str) -> Tree:
     """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
     text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
     text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip(" \t\n$")
-    found = text
+    found = re.sub(r"\*\*([ijkxyz])\*\*", r" \1 ", text)  # bold letters in Markdown
     for pattern in _UNIT_VECTORS:
         if _E not in found:
-            found = pattern.sub(lambda vector: f" {_E}{AXES[next(filter(None, vector.groups()))[0]]} ", found)
+            found = pattern.sub(_marked, found)
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
+    found = _bare(plain(found).strip())
     factor, unit = "", ""
     start = found.find("(")
     end = closings_of(found).get(start, start)
@@ -366,11 +377,9 @@ def _in_unit_vectors(text: str) -> Tree:
         value = before if before not in ("", "+", "-") else f"{before}1"
         value = f"{value}*({'1' * is_divided}{behind.lstrip('*· ')})" if behind else value
         components[axis] += f" + ({value})" if components[axis] else value.lstrip("+ ")
-    if divided := _DIVIDED.fullmatch(unit):
-        factor, unit = f"({factor or 1})/{divided[1]}", divided[2]
-    if unit.startswith(("*", "/")):
+    if unit.startswith("*"):
         return None
-    return _moved([component or "0" for component in components], factor, unit)
+    return [_moved(component, factor, unit) if component else "0" for component in components]
 
 
 # --- tables: a line with the names of the columns, then a line of numbers for each row

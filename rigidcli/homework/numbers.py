@@ -22,6 +22,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension
 from rigidcli.fields.units import (
+    PREFIXES,
     Unit,
     known_names,
     names_of_units,
@@ -69,8 +70,8 @@ _TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(
-    r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not?|nicht|kein|non|pas|more|less|mehr|weniger|plus|moins"
-    r"|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error"
+    r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not|no(?! units?\b)|nicht|kein|non|pas|more|less"
+    r"|mehr|weniger|plus|moins|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error"
     r"|negative?|minus|opposite|half|double|twice|squared|times|per)\b|\?"
 )
 _DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
@@ -293,7 +294,8 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             return taken_back(member)
         own = value(member)
         second = value(typed.second_name(member)) if place else None
-        if second is not None and own in (None, second):  # the name behind it begins another answer
+        # the name behind it begins another answer, unless it is a unit of the same number
+        if second is not None and own in (None, second) and not is_equal(second):
             raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
         if own is None and place == 0 and not is_name and not _ENERGIES.fullmatch(member):
             return f"what stands before `=` is no name: {shown(member.strip())}"
@@ -304,7 +306,7 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
 
 def _si(match: re.Match[str]) -> str:
     """A quantity of the LaTeX package siunitx: `\\SI{20.8}{\\radian\\per\\second}` or `\\SI{20.8}{rad/s}`."""
-    unit = rewritten(match[2], _POWERS_IN_WORDS)
+    unit = rewritten(re.sub(rf"\\({'|'.join(PREFIXES)})\s*\\", r"\\\1", match[2]), _POWERS_IN_WORDS)
     unit = re.sub(r"\\per\s*\\?(\w+)", r"/\1", re.sub(r"(?<=\w)[.~](?=\\?\w)", " ", unit)).replace("\\", " ")
     return f"{match[1]} {unit}"
 
@@ -315,7 +317,11 @@ def _in_degrees(match: re.Match[str]) -> str:
     return f"{'-' * match['deg'].startswith('-')}{float(whole)!r} deg"
 
 
-_POWERS_IN_WORDS = rules((r"\s*(?:\\|\b)squared\b", "^2"), (r"\s*(?:\\|\b)cubed\b", "^3"))
+_POWERS_IN_WORDS = rules(
+    (r"\s*(?:\\|\b)squared\b", "^2"),
+    (r"\s*(?:\\|\b)cubed\b", "^3"),
+    (r"(?:\A|[ -])(?:sq(?:uare|\.)|quadrat) ?(\w+)", r" \1^2"),
+)
 _MINUTES = rf"(?P<min>{typed.DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
 _SECONDS = rf"(?P<sec>{typed.DECIMAL})\s*(?:\"|″|''|”|arcsec)"
 # Signs of units, mixed fractions and powers of ten, and their plain forms.

@@ -5,6 +5,9 @@ r"""LaTeX and the signs of a keyboard that has more than ASCII, as plain text.
 
 The result is what somebody would type who knows no LaTeX; `typed` reads it. Fractions come with parentheses,
 matrices as lists of rows with semicolons, derivatives as `xdot`.
+
+Commands become words or single signs first. Then groups in braces are replaced from the inside out, each by
+what stands before it.
 """
 
 from __future__ import annotations
@@ -13,77 +16,99 @@ import re
 import unicodedata
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SUPERSCRIPT
+from rigidcli.language.tokens import (
+    GREEK,
+    GREEK_LETTERS,
+    LOWERED,
+    MAX_TEXT,
+    SUPERSCRIPT,
+    rewritten,
+    rules,
+)
 from rigidcli.language.words import CALLED
 
+# The most braces inside each other; twice as many rounds of replacements are enough for them.
 MAX_NESTING = 60
-"""The most braces inside each other, so that recursion never ends the program."""
+
+# --- signs
 
 _FRACTION_SIGNS = "½¼¾⅓⅔⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞"
-_MIXED = re.compile(rf"(?<![\w.,])(\d+)([{_FRACTION_SIGNS}])")
-"""A whole number and a fraction that is added to it: `12½`."""
-
 _SIGNS = str.maketrans(
     GREEK_LETTERS
-    | {"∞": " inf ", "√": " sqrt ", "ℓ": "ell"}
+    | {"∞": " inf ", "√": " sqrt ", "∛": " cbrt ", "∜": " sqrt sqrt ", "ℓ": "ell", "ⅇ": "e"}
     | {sign: f"({unicodedata.normalize('NFKC', sign).replace('⁄', '/')})" for sign in _FRACTION_SIGNS}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
-    | dict.fromkeys("≈≃≅≡∈", "=")
-    | {"÷": "/", "⁄": "/", "∕": "/", "‖": "|", "º": "°", "˚": "°"}
+    | dict.fromkeys("≈≃≅≡∈∼", "=")
+    | {"÷": "/", "⁄": "/", "∕": "/", "‖": "|", "º": "°", "˚": "°", "″": "''", "”": "''"}
     | dict.fromkeys("′’‘´ʹ", "'")
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
+    # marks that say nothing: invisible signs of Word, check marks, arrows and accents on letters
     | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
-    | {"\N{TILDE OPERATOR}": "="}
-    | {"″": "''", "”": "''"}
+    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}\u0300\u0301\u20d7", "")
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
-    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
-)  # fmt: skip
+)
+_FONTS = "[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]"  # letters of Word and others, and of full width
+_RAISED = "[⁻⁺]?[ᵃ-ᵛᶜᶻⁱⁿ]+"
 DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
 _DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
 
-_SPACES = ("tag", "quad", "qquad", "thinspace", "space", *",;:! >")
-_DROPPED = (
-    "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
-    "textstyle", "rm", "it", "bf", "limits", "hline", *"()[]",
-)  # fmt: skip
-_WORDS = {
-    **{name: f" {name}" for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell", *CALLED)},
-    "varphi": " phi", "vartheta": " theta", "varepsilon": " epsilon", "varrho": " rho", "varsigma": " sigma",
-    "cdot": "*", "times": "*", "ast": "*", "div": "/", "approx": "=", "simeq": "=", "prime": "'", "circ": "°",
-    "lbrace": "(", "rbrace": ")", "lbrack": "[", "rbrack": "]", "lvert": "|", "rvert": "|", "vert": "|",
-    **dict.fromkeys(("Rightarrow", "implies", "rightarrow", "to", "therefore", "Longrightarrow"), "=>"),
-    "infty": " inf ", "imath": "i", "jmath": "j", "iff": "=>", "pm": "±",
-    "degree": "°", "newline": "\n", "\\": "\n", "cr": "\n",
-    "{": "(", "}": ")", **{sign: sign for sign in "%&_#"},
-    **dict.fromkeys(_SPACES, " "), **dict.fromkeys(_DROPPED, ""),
+
+def _in_ascii(match: re.Match[str]) -> str:
+    return unicodedata.normalize("NFKC", match[0]).replace("−", "-").replace("ɑ", "a")
+
+
+# --- commands: what each comes to; those with an argument in braces come to a sign of their own
+
+_FRACTION, _ROOT, _DOT, _DDOT, _CONTENT, _MATRIX, _LINES, _END = map(chr, range(0xE010, 0xE018))
+
+_BY_MEANING = {
+    "=>": "Rightarrow Longrightarrow implies rightarrow to therefore iff", "=": "approx simeq", "±": "pm",
+    "*": "cdot times ast", "/": "div", "'": "prime", "°": "circ degree", "|": "lvert rvert vert",
+    "(": "lbrace {", ")": "rbrace }", "[": "lbrack", "]": "rbrack", "i": "imath", "j": "jmath",
+    " phi": "varphi", " theta": "vartheta", " epsilon": "varepsilon", " rho": "varrho", " sigma": "varsigma",
+    "\n": "newline cr \\", "%": "%", "&": "&", "_": "_", "#": "#", " inf ": "infty",
+    " ": "tag quad qquad thinspace space , ; : ! >",
+    "": """left right big Big bigl bigr Bigl Bigr bigg biggl biggr displaystyle textstyle rm it bf limits
+        hline nonumber notag ( ) [ ]""",
+    _FRACTION: "frac dfrac tfrac cfrac nicefrac", _ROOT: "sqrt", _DOT: "dot", _DDOT: "ddot",
+    _CONTENT: """mathrm text textrm mathbf mathit mathsf operatorname boldsymbol bm vec hat mbox textit textbf
+        mathcal mathscr mathfrak mathtt mathbb pmb emph unit si boxed num textsf underline""",
+    _MATRIX: "pmatrix bmatrix matrix Bmatrix smallmatrix array",
+    _LINES: "aligned cases split gathered align gather equation eqnarray",
 }  # fmt: skip
-"""What commands without an argument come to."""
-_CONTENT = {
-    "mathrm", "text", "textrm", "mathbf", "mathit", "mathsf", "operatorname", "boldsymbol", "bm", "vec",
-    "hat", "mbox", "textit", "textbf", "mathcal", "mathscr", "mathfrak", "mathtt", "mathbb", "pmb", "emph",
-    "unit", "si", "boxed", "num", "textsf", "underline",
-}  # fmt: skip
-_FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
-_MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}
-_LINES = {"aligned", "cases", "split", "gathered", "align", "gather", "equation", "eqnarray"}
-_SYSTEM = re.compile(
-    r"(?s)\\left\s*\\\{\s*\\begin\{(?:array\}\{\w*|aligned)\}(.*?)\\end\{\w+\}\s*\\right\s*\."
+_MEANINGS = {name: f" {name}" for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell", *CALLED)} | (
+    {name: meaning for meaning, names in _BY_MEANING.items() for name in names.split()} | {" ": " "}
 )
-_TOKEN = re.compile(r"\\([A-Za-z]+\*?|.)|(\{)|(\})|([_^])|\$+|[^\\{}_^$]", re.DOTALL)
-_DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
-_BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
+_WITH_ARGUMENT = (_FRACTION, _ROOT, _DOT, _DDOT, _CONTENT)
+_OF_ARGUMENTS = "|".join(name for name, meaning in _MEANINGS.items() if meaning in _WITH_ARGUMENT)
+_BARE = rf"(\\(?!(?:{_OF_ARGUMENTS})(?![A-Za-z]))[A-Za-z]+|[^\s\\{{}}\[])"
 
-_WORD = re.compile("〖([^〖〗]*)〗")
-"""The brackets that Word writes around what belongs together."""
-
-_MATHEMATICA = re.compile(r"\\\[([A-Z][a-z]+)\]")
-_OVER = re.compile(r"\{([^{}]*)\\over\b\s*([^{}]*)\}")
-_LABEL = re.compile(r"\\(?:label|ref|eqref)\s*\{[^{}]*\}|\\(?:nonumber|notag)\b")
-
-_FONTS = re.compile("[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]")
-"""Letters in the fonts of Word and others, and of full width."""
+# What other programs write, in LaTeX; and braces around arguments of one sign or command.
+_TO_LATEX = rules(
+    ("〖([^〖〗]*)〗", lambda group: f" {group[1]} " if group[1].isalpha() else f"({group[1]})"),  # Word
+    (r"■\(((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)", lambda rows: matrix(rows[1].replace("@", "\n"))),
+    (r"\\\[([A-Z][a-z]+)\]", lambda name: name[1].lower()),  # Mathematica
+    (r"\\(?:label|ref|eqref)\s*\{[^{}]*\}", ""),
+    (r"\{([^{}]*)\\over\b\s*([^{}]*)\}", r"\\frac{\1}{\2}"),
+    (_FONTS, _in_ascii),
+    (rf"(?<![\w.,])(\d+)([{_FRACTION_SIGNS}])", r"(\1 + \2)"),  # a whole number and a fraction: 12½
+    ("([⁰¹²³⁴-⁹]+)⁄([₀-₉]+)", lambda over: f"({_in_ascii(over)})".replace("⁄", "/")),
+    (r"(?<![\w)])([³⁴])\s*√|√\s*([³⁴])(?=[\w(])", lambda root: "∛" if "³" in root[0] else "∜"),
+    (rf"(?<=[^\W\d]){_RAISED}", lambda power: f"^({_in_ascii(power)})"),
+)
+_TO_GROUPS = rules(
+    (
+        r"(?s)\\left\s*\\\{\s*\\begin\{(?:array\}\{\w*|aligned)\}(.*?)\\end\{\w+\}\s*\\right\s*\.",
+        r"\\begin{cases}\1\\end{cases}",
+    ),
+    ("&?=&?", "="),
+    (rf"(\\(?:{'|'.join(sorted(CALLED))})\s*\^)(\d)", r"\1{\2}"),  # a power of a function is one digit
+    (rf"(\\(?:{_OF_ARGUMENTS}))(?![A-Za-z])\s*(\[[^\[\]]*\])?\s*(?!\[){_BARE}", r"\1\2{\3}"),
+    (rf"(\\(?:d|t|c|nice)?frac\s*\{{[^{{}}]*\}})\s*{_BARE}", r"\1{\2}"),
+    (r"([_^])(\\[A-Za-z]+)", r"\1{\2}"),
+)
 
 
 def plain(text: str) -> str:
@@ -96,14 +121,9 @@ def plain(text: str) -> str:
         raise ExpressionError(message, code="too_large")
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
-    text = _WORD.sub(lambda group: f" {group[1]} " if group[1].isalpha() else f"({group[1]})", text)
-    text = _OVER.sub(r"\\frac{\1}{\2}", _LABEL.sub("", _MATHEMATICA.sub(lambda name: name[1].lower(), text)))
-    text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
-    text = _MIXED.sub(r"(\1 + \2)", text)
-    text = unicodedata.normalize("NFD", undotted(text)).replace("\u0301", "").replace("\u0300", "")
+    text = unicodedata.normalize("NFD", undotted(rewritten(text, _TO_LATEX)))
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
-    text = re.sub("&?=&?", "=", _SYSTEM.sub(r"\\begin{cases}\1\\end{cases}", text))
-    return _LatexToPlain(text).whole() if set("\\{}$").intersection(text) else text
+    return _without_braces(text) if set("\\{}$").intersection(text) else text
 
 
 def undotted(text: str) -> str:
@@ -115,129 +135,48 @@ def undotted(text: str) -> str:
     return _DOTTED.sub(lambda m: f"{m[1]}{m[3] or ''}{'dot' if m[2] == DOTS[0] else 'ddot'}", letters)
 
 
-class _LatexToPlain:
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self.place = 0
-        self.depth = 0
+# --- groups, once commands are signs
 
-    def whole(self) -> str:
-        written = self.group("")
-        if self.place < len(self.text):
-            raise ExpressionError("a brace `}` closes nothing")
-        return written
 
-    def group(self, end: str) -> str:
-        """The plain text up to the closing brace, or up to `\\end`; the brace is passed."""
-        self.depth += 1
-        if self.depth > MAX_NESTING:
-            raise ExpressionError(f"nested deeper than {MAX_NESTING} levels")
-        written: list[str] = []
-        while match := _TOKEN.match(self.text, self.place):
-            command, opened, closed, script = match.groups()
-            if closed or command == "end":
-                break
-            self.place = match.end()
-            if command is not None:
-                written.append(self.command(command))
-            elif opened:
-                inner = self.group("}")
-                written.append(inner if inner.strip() == "," else f"({inner})")
-            elif script:
-                before = written[-1].strip() if written else ""
-                written.append(self.script(script, is_single=before in CALLED))
-            elif not match[0].startswith("$"):
-                is_blank = match[0] == "~" and "".join(written).strip()
-                written.append(" " if is_blank else match[0])
-        self.depth -= 1
-        here = self.text[self.place : self.place + 1]
-        if end == "}" and here != "}":
-            raise ExpressionError("a brace `{` is never closed")
-        self.place += len(end) if end == "}" else 0
-        return "".join(written)
+def _command(match: re.Match[str]) -> str:
+    """What a command comes to, or the beginning or end of an environment."""
+    if match["end"]:
+        return _END
+    name = match["environment"] or match["command"]
+    meaning = _MEANINGS.get(name)
+    if meaning is None or (meaning in (_MATRIX, _LINES)) is not bool(match["environment"]):
+        kind = "environment `" if match["environment"] else "command `\\"
+        raise ExpressionError(f"the LaTeX {kind}{name[:24]}` has no meaning in an answer")
+    return meaning
 
-    def argument(self) -> str:
-        """The plain text of the group, the command or the one character that follows."""
-        while self.text[self.place : self.place + 1].isspace():
-            self.place += 1
-        match = _TOKEN.match(self.text, self.place)
-        if match is None or match[3]:
-            raise ExpressionError("a LaTeX command lacks its argument")
-        self.place = match.end()
-        if match[2]:
-            return self.group("}")
-        return match[0] if match[1] is None else self.command(match[1])
 
-    def script(self, sign: str, *, is_single: bool = False) -> str:
-        """A power, or an index as part of a name; a power of a function is one digit without braces."""
-        braced = self.text[self.place : self.place + 1] in ("{", "\\")
-        if sign == "^":
-            power = self.argument() if braced else ""
-            if power.strip() in ("°", "'", "''"):
-                return power.strip()
-            if re.fullmatch(r"\s*[-+]?\s*\d+\s*", power):
-                return f"^{power.replace(' ', '').lstrip('+')} "
-            if not braced and is_single and self.text[self.place : self.place + 1].isdigit():
-                return f"^{self.argument()} "
-            return f"^({power})" if braced else "^"
-        return f"_{_index(self.argument())} " if braced else "_"
+_COMMAND = re.compile(
+    r"\\begin\s*\{(?P<environment>\w+)\*?\}(?:(?<=array\})\{[^{}]*\})?|(?P<end>\\end\s*\{[^{}]*\})"
+    r"|\\(?:(?:left|right)\s*\.|(?P<command>[A-Za-z]+|.)\*?)",
+    re.DOTALL,
+)
+_GROUP = r"\s*\{([^{}]*)\}"
+_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
+_RATE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
 
-    def command(self, name: str) -> str:
-        if name == "sqrt":
-            return self.root()
-        if name in _WORDS:
-            self.place += self.text.startswith(".", self.place) and name in ("left", "right")
-            return _WORDS[name]
-        if name in _CONTENT:
-            return self.argument()
-        if name in _FRACTIONS:
-            return self.fraction()
-        if name in ("dot", "ddot"):
-            return self.dotted(name)
-        if name == "begin":
-            return self.environment()
-        raise ExpressionError(f"the LaTeX command `\\{name[:24]}` has no meaning in an answer")
 
-    def fraction(self) -> str:
-        above, below = self.argument(), self.argument()
-        top = _DERIVATIVE.fullmatch(above)
-        if top is not None and _BY_TIME.fullmatch(below):
-            return f" {top['name']}{'ddot' if top[1] else 'dot'} " if top["name"] else " d/dt "
-        return f"(({above})/({below}))"
+def _fraction(match: re.Match[str]) -> str:
+    above, below = match.groups()
+    rate = _RATE.fullmatch(above)
+    if rate is not None and _TIME.fullmatch(below):
+        return f" {rate['name']}{'ddot' if rate[1] else 'dot'} " if rate["name"] else " d/dt "
+    return f"(({above})/({below}))"
 
-    def root(self) -> str:
-        if not self.text.startswith("[", self.place):
-            return f" sqrt({self.argument()})"
-        end = self.text.find("]", self.place)
-        if end < 0:
-            raise ExpressionError("`\\sqrt[` is never closed")
-        index = self.text[self.place + 1 : end]
-        self.place = end + 1
-        return f"(({self.argument()})^(1/({plain(index)})))"
 
-    def dotted(self, dots: str) -> str:
-        """A name with its index, then its dots: `\\dot{x}_1` is x_1dot."""
-        name = re.sub(r"[()\s]", "", self.argument())
-        if (index := re.compile(r"\s*_").match(self.text, self.place)) is not None:
-            self.place = index.end()
-            name += "_" + _index(self.argument())
-        return f" {name}{dots} "
+def _power(match: re.Match[str]) -> str:
+    power = match[1].strip()
+    if power in ("°", "'", "''"):
+        return power
+    return f"^{power.lstrip('+')} " if re.fullmatch(r"[-+]?\d+", power.replace(" ", "")) else f"^({match[1]})"
 
-    def environment(self) -> str:
-        """An environment: a matrix as a list of rows, aligned equations as lines."""
-        name = self.argument().strip("()*")
-        if name not in _MATRICES | _LINES:
-            raise ExpressionError(f"the LaTeX environment `{name[:24]}` has no meaning in an answer")
-        if name == "array" and self.text.startswith("{", self.place):
-            self.argument()
-        inner = self.group("end")
-        if not self.text.startswith("\\end", self.place):
-            raise ExpressionError(f"`\\begin{{{name}}}` is never ended")
-        self.place += len("\\end")
-        self.argument()
-        if name in _LINES:
-            return inner.replace("&", " ")
-        return matrix(inner)
+
+def _index(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "", text)
 
 
 def matrix(text: str) -> str:
@@ -246,5 +185,48 @@ def matrix(text: str) -> str:
     return f"[{'; '.join(rows)}]"
 
 
-def _index(text: str) -> str:
-    return re.sub(r"[^A-Za-z0-9]+", "", text)
+_GROUPS = rules(
+    (rf"{_DOT}{_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", lambda m: _dotted("dot", m)),
+    (rf"{_DDOT}{_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", lambda m: _dotted("ddot", m)),
+    (rf"{_FRACTION}{_GROUP}{_GROUP}", _fraction),
+    (rf"({_FRACTION}{_GROUP})\s*(\w)(?![A-Za-z])", r"\1{\3}"),
+    (rf"{_ROOT}\[([^\[\]]*)\]{_GROUP}", r"((\2)^(1/(\1)))"),
+    (rf"{_ROOT}{_GROUP}", r" sqrt(\1)"),
+    (rf"{_CONTENT}{_GROUP}", r"\1"),
+    (rf"_{_GROUP}", lambda index: f"_{_index(index[1])} "),
+    (rf"\^{_GROUP}", _power),
+    (rf"{_MATRIX}([^{{}}{_MATRIX}{_LINES}{_END}]*){_END}", lambda inner: matrix(inner[1])),
+    (rf"{_LINES}([^{{}}{_MATRIX}{_LINES}{_END}]*){_END}", lambda inner: inner[1].replace("&", " ")),
+    (r"\{\s*,\s*\}", ","),  # the decimal comma of LaTeX
+)
+# Braces that only hold together; those behind a sign or another group may be arguments.
+_BRACES = re.compile(rf"(?<![}}\]{_FRACTION}-{_CONTENT}])\{{([^{{}}]*)\}}")
+
+
+_UNFINISHED = (
+    {"{": "a brace `{` is never closed", "}": "a brace `}` closes nothing"}
+    | dict.fromkeys([_FRACTION, _DOT, _DDOT], "a LaTeX command lacks its argument")
+    | dict.fromkeys([_MATRIX, _LINES], "an environment of LaTeX is never ended")
+    | {_END: "an environment of LaTeX ends that was not begun"}
+)
+
+
+def _dotted(dots: str, match: re.Match[str]) -> str:
+    """A name with its index, then its dots: `\\dot{x}_1` is x_1dot."""
+    name, index = re.sub(r"[()\s]", "", match[1]), _index(match[2] or match[3] or "")
+    return f" {name}{'_' * bool(index)}{index}{dots} "
+
+
+def _without_braces(text: str) -> str:
+    text = re.sub(r"\}\s+\{", "}{", rewritten(text, _TO_GROUPS).replace("$", ""))
+    text = _COMMAND.sub(_command, text)
+    text = re.sub(r"(?<=\S)~", " ", text)
+    before = ""
+    for _ in range(2 * MAX_NESTING):
+        before, text = text, rewritten(text, _GROUPS)
+        if text == before and (text := _BRACES.sub(r"(\1)", text)) == before:
+            break
+    for sign, problem in _UNFINISHED.items():
+        if sign in text:
+            raise ExpressionError(problem)
+    return text.replace(_ROOT, " sqrt ").replace(_CONTENT, "")

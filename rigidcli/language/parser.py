@@ -24,7 +24,17 @@ from itertools import product
 from rigidcli.errors import ExpressionError, nearest, shortened
 from rigidcli.language import tree
 from rigidcli.language.tokens import Token, tokenize
-from rigidcli.language.words import ALIASES, CALLED, CONSTANTS, DEFINED, FUNCTIONS, SHORT, Words, unknown
+from rigidcli.language.words import (
+    ALIASES,
+    CALLED,
+    CONSTANTS,
+    DEFINED,
+    FUNCTIONS,
+    ROOTS,
+    SHORT,
+    Words,
+    unknown,
+)
 
 NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""
@@ -306,13 +316,12 @@ class _Grammar:
 
         In answers `(a + b)^3/2` may be a power of 3/2, too; a document has the order of all programs.
         """
-        ways = [False]
-        if above == "1" and float(below):
-            ways = [True, False]
-        elif not self.is_open and (is_group or below == "2") and float(below) and float(above) % float(below):
-            ways = [False, True]
+        is_usual = above == "1" and float(below) != 0
+        may_be = not self.is_open and (is_group or below == "2") and float(below) != 0
+        may_be = may_be and float(above) % float(below) != 0
         exponent = multiplied(self.factor())
-        if ways[self.meets("fraction", len(ways))]:
+        way = self.meets("fraction", 3 if is_usual or may_be else 1)
+        if (is_usual, True, False)[way]:
             self.advance()
             exponent = tree.Product((exponent, tree.Reciprocal(multiplied(self.atoms()))))
         return exponent
@@ -425,7 +434,7 @@ class _Grammar:
         """A function call, perhaps with a power before its argument; its name has been passed."""
         power: tree.Node | None = None
         if token.kind == "root" and (self.token.kind == "superscript" or self.token.text == "**"):
-            raise self.misplaced("`sqrt(x)^3` is the power of a root, `x^(1/3)` is a cube root")  # for √³x
+            raise self.misplaced("`sqrt(x)^3` is the power of a root, `∛x` is a cube root")
         if self.token.kind == "superscript":
             power = self.superscript()
         elif self.token.text == "**":
@@ -452,7 +461,7 @@ class _Grammar:
 
         A root ends with its bracket: `sqrt(1/2)x` has one reading.
         """
-        if ALIASES.get(function.text, function.text) == "sqrt":
+        if ALIASES.get(function.text, function.text) in ROOTS:
             return False
         _, above, bar, below, end, behind = self.ahead(MOST_AHEAD)
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
@@ -461,7 +470,7 @@ class _Grammar:
     def operand(self, function: str, token: Token) -> tree.Node:
         """The argument of a function that stands without brackets: `sin 2 x`."""
         here, following = self.ahead(2)
-        is_root = function == "sqrt"
+        is_root = function in ROOTS
         is_number = here.kind == "number"
         begins = is_number or self.begins_factor()
         if not (begins or (here.text == "-" and not is_root and self.words)):

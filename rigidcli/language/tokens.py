@@ -61,9 +61,9 @@ _TOKEN = re.compile(
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<degree> ° )
       | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )
+      | (?P<root> √³? | ∛ | (?<![\w)])³√ )
       | (?P<superscript> {SUPERSCRIPT} )
       | (?P<fraction> [{"".join(_FRACTIONS)}] )
-      | (?P<root> \N{{SQUARE ROOT}} )
       | (?P<end> \Z )
       | (?P<stranger> . )
     )""",
@@ -148,7 +148,7 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
         elif kind == "fraction":
             kind, piece = "number", _FRACTIONS[piece]
         elif kind == "root":
-            piece = "sqrt"
+            piece = "sqrt" if piece == "√" else "cbrt"
         elif kind == "stranger":
             raise ExpressionError(f"unexpected {_describe(piece)}", column=column, hint=_HINTS.get(piece))
         tokens.append(Token(kind, piece, column, match.start() == match.start(match.lastgroup or "end")))

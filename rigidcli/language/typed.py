@@ -41,6 +41,7 @@ _BEFORE = r"""(?xi) \A (?> \s* (?:
         |lauten|è) \s+
         (?=(?:about|approximately|roughly|etwa|ca\.?|environ|circa)?\s*[-+~≈]?\s*[\d([{√\\.]|sqrt)
     | (?:(?!in\b)[^\W\d_]+\s+){1,6} [^\W\d_]+ \s* : \s* (?=[-+~≈]?\s*[\d(]) (?=[^:=]*\Z)
+    | [a-z] \s+ (?:is|ist|est) \s+ (?=\S)
     | (?:i|we) \s+ (?:get|got|find|found|obtain|have)\b
     | (?:gives|yields|ergibt|donne|i\s+think|probably|wahrscheinlich|vermutlich|probablement) \s+
         (?=[-+~≈]?\s*[\d.])
@@ -62,7 +63,7 @@ _BEHIND = r"""(?xi) \s* (?:
     | \s (?:approx(?:\.|imately)? | rounded | gerundet)
     | [“”„‟«»`] | (?<=[^\s\d]) \s* ["″]  # 3" are seconds of arc
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
-    | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
+    | (?<=[^\s.\\]) (?<!right) [.!]+ | \s!+ | (?<!\\) [,;]
     ) \s* \Z"""
 _UNIT_AHEAD = re.compile(
     r"(?s)\A(?:[^\d:=,;()]*\s)?in\s+(?P<unit>[^\W\d_][\w^/·*²³ -]{0,15}?)\s*[:=]\s*"

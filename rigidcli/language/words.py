@@ -58,7 +58,7 @@ WITH_CORNERS = frozenset(["abs", "sign"])
 SHORT = {
     "tg": "tan", "ctg": "cot", "cotg": "cot", "sh": "sinh", "ch": "cosh", "th": "tanh", "sgn": "sign",
     "lg": "lg", "log10": "lg", "sen": "sin", "Abs": "abs",
-    "root": "sqrt", "Wurzel": "sqrt", "wurzel": "sqrt", "raiz": "sqrt", "racine": "sqrt",
+    "CubeRoot": "cbrt", "root": "sqrt", "Wurzel": "sqrt", "wurzel": "sqrt", "raiz": "sqrt", "racine": "sqrt",
 }  # fmt: skip
 """Further names that books use for functions; before an argument only; elsewhere they are letters."""
 
@@ -70,7 +70,7 @@ ALIASES = SHORT | {
 
 DEFINED = {
     "cot": ("cos(x)/sin(x)", "x"), "sec": ("1/cos(x)", "x"), "csc": ("1/sin(x)", "x"),
-    "lg": ("log(x)/log(10)", "x"),
+    "lg": ("log(x)/log(10)", "x"), "cbrt": ("x**(1/3)", "x"),
     **dict.fromkeys(("pow", "power", "Power", "POWER", "POW"), ("x**y", "x", "y")),
     **dict.fromkeys(("sqr", "square"), ("x**2", "x")),
 }  # fmt: skip
@@ -81,9 +81,11 @@ Powers stand so in programs, before a bracket only.
 
 _QUOTIENTS = ("cot", "sec", "csc")
 
+ROOTS = ("sqrt", "cbrt")
+
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS})
+CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS, *ROOTS})
 """Names that stand before arguments."""
 
 RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS, "t"})

@@ -28,7 +28,7 @@ def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
     text = words[0] + "".join(gap + word for gap, word in zip(gaps, words[1:], strict=True))
     text = "".join(letter.upper() if data.draw(st.booleans()) else letter for letter in text)
     assert told(item, f" {text}  ") == "correct"
-    assert told(item, f"{text}x") == "outside_tolerance"
+    assert told(item, f"{text}x") in ("outside_tolerance", "review undecided")  # of a yes or no
 
 
 @pytest.mark.parametrize(

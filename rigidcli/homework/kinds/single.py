@@ -170,7 +170,7 @@ _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
 )
 _SUBJECT = re.compile(
-    r"^(?:(?:(?!(?:not|no|none|nothing|never|neither|nor|nicht|kein\w*|or|oder|but|aber)\b)[\w()]+ ){0,7}"
+    rf"^(?:(?:(?!(?:{'|'.join(TRUTH)}|not|none|never|neither|nothing|nor|nicht|or|oder)\b)[\w()]+ ){{0,7}}"
     r"(?:is|ist|est|es|(?:will|should|must) be) )+"
 )
 _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
