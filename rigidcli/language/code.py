@@ -27,20 +27,13 @@ from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
 from rigidcli.language.words import FUNCTIONS, WITH_CORNERS
 
+# The largest power that is written as products: they are faster, and heyoka has no powers of 0.
 MOST_MULTIPLIED = 16
-"""The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
-
-DEEPEST = 20
-"""The most operations that stand inside each other."""
-
-KEPT = 64
-"""Flows that are kept, as the same equations may be followed from many starts."""
-
-_VARIABLE = re.compile(r"\bs\d+\b")
-"""A variable that holds the value of an operation."""
-
+DEEPEST = 20  # the most operations that stand inside each other
+KEPT = 64  # flows that are kept, as the same equations may be followed from many starts
+_VARIABLE = re.compile(r"\bs\d+\b")  # a variable that holds the value of an operation
+# The name of a variable, or a number where it depends on constants alone.
 Value: TypeAlias = str | float
-"""The name of a variable, or a number where it depends on constants alone."""
 
 
 def function(
@@ -231,11 +224,8 @@ def _text(value: Value) -> str:
 
 # --- values in steps: what stands in several places is worked out once
 
-Step = tuple[str, tree.Node]
-"""A name, and its value from names before."""
-
-SIGNED = (tree.Negative, tree.Reciprocal)
-"""A tree with another sign, or below a fraction bar."""
+Step = tuple[str, tree.Node]  # a name, and its value from names before
+SIGNED = (tree.Negative, tree.Reciprocal)  # a tree with another sign, or below a fraction bar
 
 
 class Formulas(NamedTuple):

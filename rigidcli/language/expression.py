@@ -94,8 +94,7 @@ def _is_read(letter: str) -> bool:
     return unicodedata.normalize("NFKD", letter).strip(DOTS).isascii() or letter in GREEK_LETTERS
 
 
-_SHOWN = 60
-"""The most characters of a reading that a message proposes."""
+_SHOWN = 60  # the most characters of a reading that a message proposes
 
 
 SIGNS: dict[str, Callable[[Any, Any], Any]] = {

@@ -36,36 +36,27 @@ from rigidcli.language.words import (
     unknown,
 )
 
+# The functions of a text in which none can be declared.
 NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
-"""The functions of a text in which none can be declared."""
-
+# How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program.
 MAX_DEPTH = 100
-"""How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
-
+# The most readings of one text, and the most ways in which it is read to find them.
 MOST_READINGS, MOST_WAYS = 8, 32
-"""The most readings of one text, and the most ways in which it is read to find them."""
-
-MOST_AHEAD = 6
-"""How many tokens are looked at in one go: behind the end come so many more ends."""
-
+MOST_AHEAD = 6  # how many tokens are looked at in one go: behind the end come so many more ends
+# The name of d/dt before a bracket, whose derivative by the time is for others to work out.
 RATE = "Ddt"
-"""The name of d/dt before a bracket, whose derivative by the time is for others to work out."""
-
 _CLOSING = {"(": ")", "|": "|"}
-_SHOWN = 24
-"""The most characters of a piece that a message repeats."""
-
+_SHOWN = 24  # the most characters of a piece that a message repeats
 _DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
 _ONE = tree.Number("1", 1.0)
 _DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
 
+# Names that are usually the whole argument of a function: `sin theta x`.
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
-"""Names that are usually the whole argument of a function: `sin theta x`."""
-
 _LONG = sorted(CALLED - {"atan2", *SHORT}, key=len, reverse=True)
+# A function with its argument behind it in one word: `sin2theta`.
 _HEAD = re.compile(rf"({'|'.join(_LONG)})(\d+)(\w*)")
-"""A function with its argument behind it in one word: `sin2theta`."""
 
 
 class Reach(Enum):
@@ -77,8 +68,8 @@ class Reach(Enum):
 
 
 ALL, RUN, FIRST = Reach
+# How far operands reach in the readings of a text: as is usual in each place, or alike in all.
 OTHER_WAYS = (None, FIRST, RUN, ALL)
-"""How far operands reach in the readings of a text: as is usual in each place, or alike in all."""
 
 
 def read(source: str) -> tuple[tree.Node, frozenset[str]]:

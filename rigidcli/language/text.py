@@ -37,11 +37,10 @@ def reading(node: tree.Node) -> str:
 
 
 _AMPLITUDE = re.compile(r"\ba(?=(?:sin|cos|tan)h?\()")
+# A power over a number that would be read as one exponent: x^3/2, but not x^2/2.
 _POWER_OVER = re.compile(r"(?:(?<=\))\^(\d+)|\^(\d*[13579]))/(?=\d)")
-"""A power over a number that would be read as one exponent: x^3/2, but not x^2/2."""
-
+# A power of a number over something, which would be read as one exponent: 2^x/b.
 _NAME_OVER = re.compile(r"(?<=\d)\^([A-Za-z]\w*(?:\^\w+)*)(?=/)")
-"""A power of a number over something, which would be read as one exponent: 2^x/b."""
 
 
 def without_doubt(node: tree.Node) -> str:
@@ -60,8 +59,7 @@ def latex(node: tree.Node) -> str:
     return _signed(written).replace("(", r"\left(").replace(")", r"\right)")
 
 
-_SUM, _PRODUCT, _POWER, _ATOM = range(4)
-"""How tightly a written expression holds together."""
+_SUM, _PRODUCT, _POWER, _ATOM = range(4)  # how tightly a written expression holds together
 
 
 class _Piece(NamedTuple):
@@ -192,8 +190,8 @@ def _latex_function(function: str, arguments: list[_Piece]) -> _Piece:
     return _latex_call(head, arguments)._replace(called=called)
 
 
+# LaTeX, but with plain parentheses.
 _LATEX = Kind(_latex_number, _turned, _sum, _latex_factors, _latex_power, _latex_function)
-"""LaTeX, but with plain parentheses."""
 
 
 def _latex_unknown(function: tree.UnknownFunction) -> str:
@@ -234,15 +232,13 @@ def _latex_call(head: str, arguments: Sequence[_Piece]) -> _Piece:
     return _Piece(f"{head}{blank}{first.text}", _POWER, is_open=True)
 
 
+# Greek letters that look like Latin ones, for which LaTeX has no commands.
 _LATIN = {
     "omicron": "o", "Alpha": "A", "Beta": "B", "Epsilon": "E", "Zeta": "Z", "Eta": "H", "Iota": "I",
     "Kappa": "K", "Mu": "M", "Nu": "N", "Omicron": "O", "Rho": "P", "Tau": "T", "Chi": "X",
 }  # fmt: skip
-"""Greek letters that look like Latin ones, for which LaTeX has no commands."""
-
+# Names that are LaTeX commands as they stand.
 _COMMANDS = {*GREEK, *map(str.capitalize, GREEK), "hbar", "ell"} - _LATIN.keys()
-"""Names that are LaTeX commands as they stand."""
-
 _DECORATED = re.compile(r"(?P<letters>[A-Za-z]+)(?P<digits>[0-9]*)(?P<indices>(?:_[A-Za-z0-9]+)*)")
 
 

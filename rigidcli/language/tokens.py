@@ -14,18 +14,14 @@ from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
 
-MAX_TEXT = 20_000
-"""The most characters of an expression, so that it is read in well under a second."""
-
+MAX_TEXT = 20_000  # the most characters of an expression, so that it is read in well under a second
+# The most digits of one number and of its power of ten, so that its exact fraction stays small.
 MAX_DIGITS, MAX_EXPONENT_DIGITS = 400, 4
-"""The most digits of one number and of its power of ten, so that its exact fraction stays small."""
-
+# The names of the Greek letters, in their order; those of capitals begin with one.
 GREEK = [
     "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
     "nu", "xi", "omicron", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
 ]  # fmt: skip
-"""The names of the Greek letters, in their order; those of capitals begin with one."""
-
 GREEK_LETTERS = (
     dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
     | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
@@ -37,24 +33,16 @@ _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
 
+# The fractions of Unicode that are decimal numbers.
 _FRACTIONS = {
     "¼": "0.25", "½": "0.5", "¾": "0.75", "⅕": "0.2", "⅖": "0.4", "⅗": "0.6", "⅘": "0.8",
     "⅛": "0.125", "⅜": "0.375", "⅝": "0.625", "⅞": "0.875",
 }  # fmt: skip
-"""The fractions of Unicode that are decimal numbers."""
-
-SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"
-"""The pattern of a whole number that is written as an exponent."""
-
-LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-"""From superscripts to what they are on the line."""
-
+SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"  # the pattern of a whole number that is written as an exponent
+LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")  # from superscripts to what they are on the line
+# The pattern of a decimal number without a sign. It is possessive, so that long digits are read once.
 UNSIGNED = r"(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+"
-"""The pattern of a decimal number without a sign. It is possessive, so that long digits are read once."""
-
-NUMERAL = rf"[-+]?{UNSIGNED}"
-"""The pattern of a decimal number."""
-
+NUMERAL = rf"[-+]?{UNSIGNED}"  # the pattern of a decimal number
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> {UNSIGNED} )
@@ -93,8 +81,8 @@ _HINTS = {
 }
 
 
+# Notations, each a pattern with what is read in its place.
 Rules: TypeAlias = Sequence[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]]
-"""Notations, each a pattern with what is read in its place."""
 
 
 def rules(*notations: tuple[str, str | Callable[[re.Match[str]], str]]) -> Rules:

@@ -196,8 +196,8 @@ def nodes(trees: Iterable[Node]) -> Iterator[Node]:
         pending += operands(node)
 
 
+# The values of terms or factors, from left to right: with True what is subtracted, or divides.
 Parts: TypeAlias = Sequence[tuple[bool, Any]]
-"""The values of terms or factors, from left to right: with True what is subtracted, or divides."""
 
 
 class Kind(NamedTuple):

@@ -23,12 +23,10 @@ from rigidcli.language.words import CALLED, Words
 
 # --- decoration: what no judge reads
 
+# The most characters of an answer that anybody decorates: patterns take long for more.
 LONGEST_DECORATED = 4000
-"""The most characters of an answer that anybody decorates: patterns take long for more."""
-
+# The pattern of a decimal number as people type it, without a sign and a power of ten.
 DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
-"""The pattern of a decimal number as people type it, without a sign and a power of ten."""
-
 QUOTES = '"“”„‟«»`″'
 _BEFORE = r"""(?xi) \A (?> \s* (?:
       (?:so|thus|hence|therefore|also|donc|somit|daher)\b [,:]?
@@ -65,15 +63,13 @@ _BEHIND = r"""(?xi) \s* (?:
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | \s!+ | (?<!\\) [,;]
     ) \s* \Z"""
+# A unit in front: `E in J: 12.5`.
 _UNIT_AHEAD = re.compile(
     r"(?s)\A(?:[^\d:=,;()]*\s)?in\s+(?P<unit>[^\W\d_][\w^/·*²³ -]{0,15}?)\s*[:=]\s*"
     r"(?P<value>[^:=]*[\d)\]}])\Z"
 )
-"""A unit in front: `E in J: 12.5`."""
-
+# What stands before the parts of an answer: `a)`, `(1)`, `2.`, `iii)`.
 _COUNTED = re.compile(r"\s*\(?(?P<label>[a-h]|i{1,3}|iv|[1-9])[.)]\s+", re.IGNORECASE)
-"""What stands before the parts of an answer: `a)`, `(1)`, `2.`, `iii)`."""
-
 _SEQUENCES = ("a", "b", "c", "d", "e", "f", "g", "h"), ("i", "ii", "iii", "iv"), tuple("123456789")
 
 _UNIT = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
@@ -139,22 +135,20 @@ def without_uncertainty(text: str) -> str:
 TWO_ANSWERS = "two answers: give one"
 
 _WORD = r"[^\W\d]\w*'{0,2}"
+# A name before `=`: `omega`, `H(x, p)`, `dx/dt`, `the slow rate`.
 _LABEL = re.compile(
     rf"\s*[|<]?\s*(?:d\s*/\s*d\s*t\s*)?{_WORD}(?:[ \t]+{_WORD})*"
     r"(?:\s*/\s*d\s*t)?(?:\s*[(\[][^()\[\]]*[)\]])?\s*[|>]?\s*"
 )
-"""A name before `=`: `omega`, `H(x, p)`, `dx/dt`, `the slow rate`."""
-
 _EQUALS = re.compile(r"(?<![<>=!]):?==?(?![>=])")
 _IMPLIES = re.compile(r"=>|->")
 _OR = re.compile(r"(?i)(?<=[\w)\].'])\s+(?:or|oder|ou|and|und|et)\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
 _NEXT = re.compile(rf"[\n;]|[,.]\s+(?={_LABEL.pattern}:?=)")
 _SECOND = re.compile(rf"(?P<value>.*[\w)\]}}°%])\s+(?P<name>{_WORD}(?:\([\w, ]*\))?)\s*", re.DOTALL)
+# What may be said of a value behind a last `=`: `E = 12.5 J = const.`
 _CONSTANT = re.compile(r"\s*(?:const|konst|konstant|constante?|cste|cte)\.?\s*", re.IGNORECASE)
-"""What may be said of a value behind a last `=`: `E = 12.5 J = const.`"""
-
+# An arrow in the place of `=` behind a name.
 _LEADS_TO = re.compile(rf"\A(\s*{_WORD}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
-"""An arrow in the place of `=` behind a name."""
 
 _OPEN, _CLOSE = "([{", ")]}"
 _BRACKET = re.compile(r"[()\[\]{}]")
@@ -235,8 +229,8 @@ def second_name(member: str) -> str | None:
 
 # --- formulas
 
+# A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`.
 _COLON = re.compile(r"\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=]")
-"""A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`."""
 _END = re.compile(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z")
 _NAME = r"[^\W\d]\w*+"
 _FUNCTIONS = rules(  # as programs write them: np.sqrt(x), Cos[x], SQRT(x)
@@ -279,8 +273,7 @@ _RATES = rules(
 _EITHER_SIGN = re.compile(r"\s*(?:\+/?-|-\+)")
 _PI = re.compile(r"\b(?:Pi|PI)\b")
 
-POINTS = str.maketrans("[]", "()")
-"""Square brackets are parentheses."""
+POINTS = str.maketrans("[]", "()")  # square brackets are parentheses
 
 
 def expressions(text: str, words: Words | None, *, leading: bool = True) -> list[tree.Node]:

@@ -52,50 +52,42 @@ FUNCTIONS: dict[str, Function] = {
     "sign": Function(_sign, "sign", "sgn", "0", "1, 0 or -1: the sign of x"),
 }
 
+# Functions that heyoka does not have: a Taylor series does not see a corner ahead.
 WITH_CORNERS = frozenset(["abs", "sign"])
-"""Functions that heyoka does not have: a Taylor series does not see a corner ahead."""
-
+# Further names that books use for functions; before an argument only; elsewhere they are letters.
 SHORT = {
     "tg": "tan", "ctg": "cot", "cotg": "cot", "sh": "sinh", "ch": "cosh", "th": "tanh", "sgn": "sign",
     "lg": "lg", "log10": "lg", "sen": "sin", "Abs": "abs",
     "CubeRoot": "cbrt", "root": "sqrt", "Wurzel": "sqrt", "wurzel": "sqrt", "raiz": "sqrt", "racine": "sqrt",
 }  # fmt: skip
-"""Further names that books use for functions; before an argument only; elsewhere they are letters."""
-
+# Further names of functions, which are read and never written.
 ALIASES = SHORT | {
     "ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctg": "atan", "arcsinh": "asinh",
     "arccosh": "acosh", "arctanh": "atanh", "arsinh": "asinh", "arcosh": "acosh", "artanh": "atanh",
 }  # fmt: skip
-"""Further names of functions, which are read and never written."""
-
+# Functions that are read as others and never written, by their formulas and parameters. Powers stand so
+# in programs, before a bracket only.
 DEFINED = {
     "cot": ("cos(x)/sin(x)", "x"), "sec": ("1/cos(x)", "x"), "csc": ("1/sin(x)", "x"),
     "lg": ("log(x)/log(10)", "x"), "cbrt": ("x**(1/3)", "x"),
     **dict.fromkeys(("pow", "power", "Power", "POWER", "POW"), ("x**y", "x", "y")),
     **dict.fromkeys(("sqr", "square"), ("x**2", "x")),
 }  # fmt: skip
-"""Functions that are read as others and never written, by their formulas and parameters.
-
-Powers stand so in programs, before a bracket only.
-"""
-
 _QUOTIENTS = ("cot", "sec", "csc")
 
 ROOTS = ("sqrt", "cbrt")
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
+# Names that stand before arguments.
 CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS, *ROOTS})
-"""Names that stand before arguments."""
-
+# Names that a document cannot give to a parameter of its own; `t` is time.
 RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS, "t"})
-"""Names that a document cannot give to a parameter of its own; `t` is time."""
 
 # --- the names of a question
 
+# The most letters of names that are run together: more is a sentence, and no product.
 LONGEST_PRODUCT = 40
-"""The most letters of names that are run together: more is a sentence, and no product."""
-
 MOST_LISTED = 40  # names in a message
 
 
@@ -211,6 +203,7 @@ NOTATION = (
     Notation(r"\frac{p^2}{2m}", ("p^2/(2 m)",)),
 )
 
+# Numbers and units: the reading that fits the dimension is taken.
 QUANTITIES = (
     Notation("1,234", ("1.234", "1234"), "answers only"),
     Notation("1 234,5", ("1234.5",), "answers only"),
@@ -219,4 +212,3 @@ QUANTITIES = (
     Notation("3 ms⁻²", ("3 ms^-2", "3 m s^-2"), "fits"),
     Notation("21 rad/s = 201 rpm", ("201 rpm; the members before it must be equal",), "answers only"),
 )
-"""Numbers and units: the reading that fits the dimension is taken."""
