@@ -96,8 +96,14 @@ class Ruler:
         """Why a person must look at a chain of equalities in the place of an entry. Raises Unreadable."""
         if "=" not in str(typed):
             return ""
-        before = last_member(plain(undecorated(str(typed))))[1]
-        return doubt(before, self.readings, lambda others: not all(self.differ(e, entry) for e in others))
+
+        def is_equal(others: Sequence[Entry]) -> bool:
+            if isinstance(entry, TypedNumber):
+                numbers = [each.value for each in others if isinstance(each, TypedNumber)]
+                return any(self.is_near(value, entry.value, entry.scale) for value in numbers)
+            return not all(self.differ(each, entry) for each in others)
+
+        return doubt(last_member(plain(undecorated(str(typed))))[1], self.readings, is_equal)
 
     def margin(self, reference: float, scale: float = 1.0) -> float:
         """How far (SI) a number may be from a reference: the largest of what the tolerance allows.

@@ -91,8 +91,8 @@ _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 class TypedNumber:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
-    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `before`
-    are the members of a chain of equalities before the number, and `remark` words behind its unit.
+    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `remark` has
+    the words behind its unit.
     """
 
     value: float
@@ -100,7 +100,6 @@ class TypedNumber:
     scale: float
     unit: Unit | None = None
     mantissa: str = ""
-    before: tuple[str, ...] = ()
     remark: str = field(default="", compare=False)
 
     @property
@@ -162,9 +161,9 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     if len(told) == 2 and (equal := _told_twice(told[0], told[1], unit, place)):
         return equal
     try:
-        last, before = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
-        last = _IN_BRACKETS.sub(r"\1", typed.without_uncertainty(typed.undecorated(last)).strip())
-        found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _variants(last))
+        last, _ = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
+        last = rewritten(typed.undecorated(last), _AROUND).strip()
+        found = _those_read(lambda text: _numbers(text, unit, place), _variants(last))
         return list(chain(*found))
     except ExpressionError as error:
         says = advice(error)
@@ -206,12 +205,12 @@ def _variants(text: str) -> list[str]:
     return without_separators(text)
 
 
-def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[TypedNumber]:
+def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
 
     def number(amount: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
-        return TypedNumber(_finite(amount * scale), amount, scale, own, mantissa, before)
+        return TypedNumber(_finite(amount * scale), amount, scale, own, mantissa)
 
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
@@ -231,7 +230,9 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
         amount = 0.0 if abs(amount) < ROUNDING and is_zero(from_tree(node)) else amount
     if behind:
         return [number(amount, own) for own in read_units(behind, unit, place)]
-    if unit is None or not unit.dimension.angle or not _is_angle(node):
+    called = {part.function for part in tree.nodes([node]) if isinstance(part, tree.Call)}
+    is_angle = called & _OF_ANGLES or any(isinstance(part, tree.Constant) for part in tree.nodes([node]))
+    if unit is None or not unit.dimension.angle or not is_angle:  # made of pi or of an inverse function
         return [number(amount, None)]
     text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
     in_si = number(amount, Unit(text, Fraction(1), 0, unit.dimension))
@@ -240,7 +241,7 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
 
 def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The sum of quantities, in the unit of the first. Raises ExpressionError, Unreadable."""
-    first, *others = (_numbers(term.strip(), unit, place, ())[0] for term in text.split("+"))
+    first, *others = (_numbers(term.strip(), unit, place)[0] for term in text.split("+"))
     kinds = {each.unit and each.unit.dimension for each in (first, *others)}
     if first.unit is None or len(kinds) > 1:
         raise ExpressionError("the terms of this sum have units of different kinds")
@@ -258,14 +259,6 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
         words = f"read {shown(text)}: words behind the number, give the number and its unit"
         raise Unreadable("unit_incompatible", words, place=place)
     return read_units(text, unit, place), ""  # it says what is wrong
-
-
-def _is_angle(node: tree.Node) -> bool:
-    """Whether a value is made of pi or of an inverse function, and so is in radians."""
-    return any(
-        isinstance(part, tree.Constant) or (isinstance(part, tree.Call) and part.function in _OF_ANGLES)
-        for part in tree.nodes([node])
-    )
 
 
 def taken_back(remark: str) -> str:
@@ -342,7 +335,13 @@ _SIGNS = rules(
     ("[Å\u212b]", "angstrom"),
     ("μ(?=[A-Za-z])", "\N{MICRO SIGN}"),
 )
-_IN_BRACKETS = re.compile(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z")  # a quantity in brackets: `(12.5 J)`
+_UNIT_NAME = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
+_UNCERTAIN = (
+    rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:[eE][-+]?\d+)?(?P<unit>\s*{_UNIT_NAME})?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
+    rf"{typed.DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT_NAME}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
+)
+# A number without its uncertainty: `(3.12 ± 0.02) m` is `3.12 m`; and a quantity in brackets: `(12.5 J)`.
+_AROUND = rules((_UNCERTAIN, r"\g<value> "), (r"\A\s*\(([^()]*\d\s*[^\W\d][^()]*)\)\s*\Z", r"\1"))
 
 
 def _value(text: str) -> tuple[tree.Node, str]:

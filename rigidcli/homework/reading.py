@@ -171,11 +171,8 @@ def in_other_letters(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 
 def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
     """The formula of a key: the most usual reading, in which `asin` is the inverse. Raises Unreadable."""
-    return max(read_expressions(answer, names, place, leading=leading), key=_inverses)
-
-
-def _inverses(node: Node) -> int:
-    return sum(isinstance(part, Call) and part.function in INVERSE for part in nodes([node]))
+    several = read_expressions(answer, names, place, leading=leading)
+    return max(several, key=lambda node: sum(getattr(e, "function", "") in INVERSE for e in nodes([node])))
 
 
 def read_expressions(

@@ -16,15 +16,7 @@ import re
 import unicodedata
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language.tokens import (
-    GREEK,
-    GREEK_LETTERS,
-    LOWERED,
-    MAX_TEXT,
-    SUPERSCRIPT,
-    rewritten,
-    rules,
-)
+from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SUPERSCRIPT, rewritten, rules
 from rigidcli.language.words import CALLED
 
 # The most braces inside each other; twice as many rounds of replacements are enough for them.

@@ -24,17 +24,7 @@ from itertools import product
 from rigidcli.errors import ExpressionError, nearest, shortened
 from rigidcli.language import tree
 from rigidcli.language.tokens import Token, tokenize
-from rigidcli.language.words import (
-    ALIASES,
-    CALLED,
-    CONSTANTS,
-    DEFINED,
-    FUNCTIONS,
-    ROOTS,
-    SHORT,
-    Words,
-    unknown,
-)
+from rigidcli.language.words import ALIASES, CALLED, CONSTANTS, DEFINED, FUNCTIONS, SHORT, Words, unknown
 
 # The functions of a text in which none can be declared.
 NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
@@ -46,6 +36,7 @@ MOST_AHEAD = 6  # how many tokens are looked at in one go: behind the end come s
 # The name of d/dt before a bracket, whose derivative by the time is for others to work out.
 RATE = "Ddt"
 _CLOSING = {"(": ")", "|": "|"}
+_ROOTS = ("sqrt", "cbrt")
 _SHOWN = 24  # the most characters of a piece that a message repeats
 _DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
@@ -452,7 +443,7 @@ class _Grammar:
 
         A root ends with its bracket: `sqrt(1/2)x` has one reading.
         """
-        if ALIASES.get(function.text, function.text) in ROOTS:
+        if ALIASES.get(function.text, function.text) in _ROOTS:
             return False
         _, above, bar, below, end, behind = self.ahead(MOST_AHEAD)
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
@@ -461,7 +452,7 @@ class _Grammar:
     def operand(self, function: str, token: Token) -> tree.Node:
         """The argument of a function that stands without brackets: `sin 2 x`."""
         here, following = self.ahead(2)
-        is_root = function in ROOTS
+        is_root = function in _ROOTS
         is_number = here.kind == "number"
         begins = is_number or self.begins_factor()
         if not (begins or (here.text == "-" and not is_root and self.words)):

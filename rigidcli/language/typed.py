@@ -72,12 +72,6 @@ _UNIT_AHEAD = re.compile(
 _COUNTED = re.compile(r"\s*\(?(?P<label>[a-h]|i{1,3}|iv|[1-9])[.)]\s+", re.IGNORECASE)
 _SEQUENCES = ("a", "b", "c", "d", "e", "f", "g", "h"), ("i", "ii", "iii", "iv"), tuple("123456789")
 
-_UNIT = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
-_UNCERTAINTY = re.compile(
-    rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:[eE][-+]?\d+)?(?P<unit>\s*{_UNIT})?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
-    rf"{DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
-)
-
 _OF_BROWSERS = rules(
     (r"<sub>(.*?)</sub>", r"_\1"),
     (r"<sup>(.*?)</sup>", r"^(\1)"),
@@ -123,11 +117,6 @@ def without_labels(text: str) -> str:
     if len(lines) == 1 and ("(" in matches[0][0] or ")" not in matches[0][0]):
         return text
     return "\n".join(line[match.end() :] for line, match in zip(lines, matches, strict=True))
-
-
-def without_uncertainty(text: str) -> str:
-    """A number without the uncertainty behind it: `(3.12 ± 0.02) m` is `3.12 m`."""
-    return _UNCERTAINTY.sub(lambda match: f"{match['value']} ", text)
 
 
 # --- names, signs of equality and other answers around a formula: plain texts, as `latex.plain` leaves them

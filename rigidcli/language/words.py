@@ -75,12 +75,11 @@ DEFINED = {
 }  # fmt: skip
 _QUOTIENTS = ("cot", "sec", "csc")
 
-ROOTS = ("sqrt", "cbrt")
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
 # Names that stand before arguments.
-CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS, *ROOTS})
+CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS, "cbrt"})
 # Names that a document cannot give to a parameter of its own; `t` is time.
 RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS, "t"})
 

@@ -81,26 +81,16 @@ class QuantityKind(AnswerKind):
         number = chosen(several, lambda each: self._is_right(key, each))
         bare = number.unit is None and key.unit.text and not key.needs_unit
         read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
-        return ReadAnswer(number, read_as, self._doubt(key, number))
+        doubt = numbers.taken_back(number.remark)
+        with suppress(ValueProblem):
+            doubt = doubt or key.ruler.doubt(answer, in_dimension(number, key.unit))
+        return ReadAnswer(number, read_as, doubt)
 
     def _is_right(self, key: NumberKey, number: TypedNumber) -> Same:
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
             return key.is_near(number.value, number.scale) or "its unit fits, which is better than none"
         return False
-
-    def _doubt(self, key: NumberKey, number: TypedNumber) -> str:
-        """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
-        if not number.before or number.remark:
-            return numbers.taken_back(number.remark)
-        with suppress(ValueProblem):
-            number = in_dimension(number, key.unit)
-            return numbers.doubt(
-                number.before,
-                lambda member: numbers.read_numbers(member, key.unit),
-                lambda others: any(key.ruler.is_near(e.value, number.value, number.scale) for e in others),
-            )
-        return ""
 
     def judge(self, key: NumberKey, value: TypedNumber) -> Outcome:
         try:
