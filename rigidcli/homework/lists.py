@@ -12,7 +12,6 @@ decimal commas. A head may have a unit: `t`, `Time (s)`, `t [ms]`, `theta/rad`. 
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice, read_numbers, read_units, scale_in
 from rigidcli.language import tree
 from rigidcli.language.expression import array, parse
-from rigidcli.language.latex import plain
+from rigidcli.language.latex import HAT, plain, with_hats
 from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
 from rigidcli.language.words import CALLED
@@ -65,11 +64,11 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     answer = undecorated(answer)
     if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
         raise Unreadable("parse_error", "bars mean a length: give the components")
-    answer = in_brackets(answer)
     try:
+        answer = in_brackets(answer)
         if not is_square and (components := _in_unit_vectors(answer)) is not None:
             return components
-        text = _separated(_ARRAY.sub("", plain(answer)))
+        text = _separated(_ARRAY.sub("", answer.replace(HAT, "")))
         if diagonal := _DIAGONAL.search(text):
             entries = read_list(text[: diagonal.start()] + text[diagonal.end() :])
             return _on_diagonal(entries) if is_square and isinstance(entries, list) else entries
@@ -273,19 +272,14 @@ def _with_unit_of_last(entries: Tree) -> Tree:
 _BRACKETS = str.maketrans(
     {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
 )
-_TRANSPOSED = (
-    r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)"
-    r"\s*[)}]{0,2}|[ᵀᵗ]|'|\.T)(?!\w)"
-)
+_TRANSPOSED = r"(?<=[)\]}])\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|'|\.T)(?!\w)"
 _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
-_SHARED = r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
+# One value of two names: lambda_{2,3} = 11.
+_SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
 _SIGNS = rules(
     (_TRANSPOSED, ""),
-    (r"\\langle", "("),
-    (r"\\rangle", ")"),
     (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
     (_MAPLE, r"(\1)"),  # the rows of a matrix
-    (_SHARED, r"\g<name>_\g<one> = \g<name>_\g<two> = "),  # lambda_{2,3} = 11
 )
 _CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
@@ -293,7 +287,8 @@ _BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
 
 
 def in_brackets(text: str) -> str:
-    """The text of a list with brackets, commas and lines only, before LaTeX is read."""
+    """The plain text of a list with brackets, commas and lines only. Raises ExpressionError."""
+    text = with_hats(_SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text))
     return _from_table(rewritten(text.translate(_BRACKETS), _SIGNS))
 
 
@@ -325,39 +320,28 @@ def _separated(text: str) -> str:
 
 # --- sums of unit vectors
 
-AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2, "₁": 0, "₂": 1, "₃": 2}
+AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
 _E = "\ue000"  # the sign that stands before the axis of a unit vector, once it is found
-_DRESS = r"\\(?:hat|vec|mathbf|mathrm|boldsymbol|bm|bf|widehat|overrightarrow)\s*"
-# Unit vectors in LaTeX, with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
+# Unit vectors with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
 _UNIT_VECTORS = (
-    re.compile(
-        rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*e\s*\}}*\s*_\s*(?:\{{\s*([xyz123])\s*\}}|([xyz123]))(?![A-Za-z])"
-        rf"|(?:{_DRESS})+(\{{)?\s*(?:{_DRESS})*(\{{)?\s*\\?([ijk](?:math)?|[xyz])(?![A-Za-z])(?(4)\s*\}})(?(3)\s*\}})"
-    ),
-    re.compile("([ijkxyz])[\u0302\u20d7]|e[\u0302\u20d7]_?([xyz123₁₂₃])(?![\\w])"),
-    re.compile(r"(?<![A-Za-z_\\])(?:[eu]_?\{?([xyz])\}?|(?<!\d)[eu]_?\{?([123])\}?|([ijk]))(?![\w(\ue000])"),
-    re.compile(r"(?<![A-Za-z_\\])([xyz])(?![\w(])"),
+    re.compile(rf"([ijkxyz]){HAT}+|e{HAT}+_?([xyz123])(?!\w)"),
+    re.compile(r"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w(\ue000])"),
+    re.compile(r"(?<![A-Za-z_])([xyz])(?![\w(])"),
 )
 _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
 
 
-def _marked(vector: re.Match[str]) -> str:
-    """The place of a unit vector among x, y and z, behind the sign for it."""
-    return f" {_E}{next(AXES[part[0]] for part in vector.groups() if part and part[0] in AXES)} "
-
-
 def _in_unit_vectors(text: str) -> Tree:
     """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
-    text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
-    text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip(" \t\n$")
+    text = text.rpartition("=")[2].strip()
     found = re.sub(r"\*\*([ijkxyz])\*\*", r" \1 ", text)  # bold letters in Markdown
     for pattern in _UNIT_VECTORS:
         if _E not in found:
-            found = pattern.sub(_marked, found)
+            found = pattern.sub(lambda vector: f" {_E}{AXES[next(filter(None, vector.groups()))]} ", found)
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
-    found = _bare(plain(found).strip())
+    found = _bare(found.replace(HAT, ""))
     factor, unit = "", ""
     start = found.find("(")
     end = closings_of(found).get(start, start)

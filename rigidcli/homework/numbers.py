@@ -91,8 +91,8 @@ _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 class TypedNumber:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
-    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `remark` has
-    the words behind its unit.
+    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `remark`
+    has the words behind its unit.
     """
 
     value: float

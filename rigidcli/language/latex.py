@@ -37,7 +37,8 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
     # marks that say nothing: invisible signs of Word, check marks, arrows and accents on letters
     | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
-    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}\u0300\u0301\u20d7", "")
+    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}\u0300\u0301", "")
+    | {"\N{COMBINING RIGHT ARROW ABOVE}": "\N{COMBINING CIRCUMFLEX ACCENT}"}
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )
@@ -53,27 +54,31 @@ def _in_ascii(match: re.Match[str]) -> str:
 
 # --- commands: what each comes to; those with an argument in braces come to a sign of their own
 
-_FRACTION, _ROOT, _DOT, _DDOT, _CONTENT, _MATRIX, _LINES, _END = map(chr, range(0xE010, 0xE018))
+_FRACTION, _ROOT, _DOT, _DDOT, _VECTOR, _CONTENT, _MATRIX, _LINES, _END = map(chr, range(0xE010, 0xE019))
+# What is left of `\hat`, `\vec` and bold letters, until lists are read.
+HAT = "\N{COMBINING CIRCUMFLEX ACCENT}"
 
 _BY_MEANING = {
     "=>": "Rightarrow Longrightarrow implies rightarrow to therefore iff", "=": "approx simeq", "±": "pm",
     "*": "cdot times ast", "/": "div", "'": "prime", "°": "circ degree", "|": "lvert rvert vert",
-    "(": "lbrace {", ")": "rbrace }", "[": "lbrack", "]": "rbrack", "i": "imath", "j": "jmath",
+    "[": "lbrack", "]": "rbrack", "i": "imath", "j": "jmath",
     " phi": "varphi", " theta": "vartheta", " epsilon": "varepsilon", " rho": "varrho", " sigma": "varsigma",
     "\n": "newline cr \\", "%": "%", "&": "&", "_": "_", "#": "#", " inf ": "infty",
     " ": "tag quad qquad thinspace space , ; : ! >",
+    "(": "lbrace { langle", ")": "rbrace } rangle",
     "": """left right big Big bigl bigr Bigl Bigr bigg biggl biggr displaystyle textstyle rm it bf limits
         hline nonumber notag ( ) [ ]""",
     _FRACTION: "frac dfrac tfrac cfrac nicefrac", _ROOT: "sqrt", _DOT: "dot", _DDOT: "ddot",
-    _CONTENT: """mathrm text textrm mathbf mathit mathsf operatorname boldsymbol bm vec hat mbox textit textbf
-        mathcal mathscr mathfrak mathtt mathbb pmb emph unit si boxed num textsf underline""",
+    _VECTOR: "hat vec mathbf boldsymbol bm widehat overrightarrow", "T": "top",
+    _CONTENT: """mathrm text textrm mathit mathsf operatorname mbox textit textbf mathcal mathscr mathfrak
+        mathtt mathbb pmb emph unit si boxed num textsf underline""",
     _MATRIX: "pmatrix bmatrix matrix Bmatrix smallmatrix array",
     _LINES: "aligned cases split gathered align gather equation eqnarray",
 }  # fmt: skip
 _MEANINGS = {name: f" {name}" for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell", *CALLED)} | (
     {name: meaning for meaning, names in _BY_MEANING.items() for name in names.split()} | {" ": " "}
 )
-_WITH_ARGUMENT = (_FRACTION, _ROOT, _DOT, _DDOT, _CONTENT)
+_WITH_ARGUMENT = (_FRACTION, _ROOT, _DOT, _DDOT, _VECTOR, _CONTENT)
 _OF_ARGUMENTS = "|".join(name for name, meaning in _MEANINGS.items() if meaning in _WITH_ARGUMENT)
 _BARE = rf"(\\(?!(?:{_OF_ARGUMENTS})(?![A-Za-z]))[A-Za-z]+|[^\s\\{{}}\[])"
 
@@ -108,6 +113,11 @@ def plain(text: str) -> str:
 
     Raises ExpressionError: braces do not match, or a command has no meaning in a formula.
     """
+    return with_hats(text).replace(HAT, "")
+
+
+def with_hats(text: str) -> str:
+    """A plain text in which letters keep the hats of unit vectors. Raises ExpressionError."""
     if len(text) > MAX_TEXT:
         message = f"an answer has at most {MAX_TEXT} characters, this has {len(text)}"
         raise ExpressionError(message, code="too_large")
@@ -149,7 +159,7 @@ _COMMAND = re.compile(
 )
 _GROUP = r"\s*\{([^{}]*)\}"
 _TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
-_RATE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
+_RATE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\u0302?\w*'*)?\s*")
 
 
 def _fraction(match: re.Match[str]) -> str:
@@ -184,6 +194,7 @@ _GROUPS = rules(
     (rf"({_FRACTION}{_GROUP})\s*(\w)(?![A-Za-z])", r"\1{\3}"),
     (rf"{_ROOT}\[([^\[\]]*)\]{_GROUP}", r"((\2)^(1/(\1)))"),
     (rf"{_ROOT}{_GROUP}", r" sqrt(\1)"),
+    (rf"{_VECTOR}{_GROUP}", rf"\1{HAT}"),
     (rf"{_CONTENT}{_GROUP}", r"\1"),
     (rf"_{_GROUP}", lambda index: f"_{_index(index[1])} "),
     (rf"\^{_GROUP}", _power),
@@ -221,4 +232,4 @@ def _without_braces(text: str) -> str:
     for sign, problem in _UNFINISHED.items():
         if sign in text:
             raise ExpressionError(problem)
-    return text.replace(_ROOT, " sqrt ").replace(_CONTENT, "")
+    return text.replace(_ROOT, " sqrt ").replace(_VECTOR, "").replace(_CONTENT, "")

@@ -31,7 +31,7 @@ from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.same import all_same
 from rigidcli.language import tree
-from rigidcli.language.latex import plain
+from rigidcli.language.latex import HAT
 from rigidcli.language.typed import cut, without_labels
 
 MOST_PAIRS = 6  # the most pairs of an answer: three are right, and more are surplus
@@ -301,7 +301,7 @@ def _in_text(text: str) -> Tree:
 def _in_line(text: str) -> Tree:
     """The pairs of a text such as `3: (1,1,0), 5 with axis (1,-1,0)`, or `e1 = (..), I1 = 3`; or None."""
     try:
-        text = without_labels(plain(in_brackets(text)))
+        text = without_labels(in_brackets(text).replace(HAT, ""))
         closings = sorted(closings_of(text).items())
     except ExpressionError:
         return None
