@@ -29,7 +29,7 @@ from rigidcli.language import tree
 from rigidcli.language.expression import array, parse
 from rigidcli.language.latex import HAT, plain, with_hats
 from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
+from rigidcli.language.typed import DECIMAL, cut, last_member, undecorated, without_brackets
 from rigidcli.language.words import CALLED
 
 # The most brackets of a text that are looked into for a list, as each look reads all that is inside.
@@ -75,7 +75,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
-        factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
+        factor, inner, unit = _parts(text.strip() if is_mapping else last_member(text)[0].strip())
         entries = _entries(inner, is_square)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", advice(error)) from None

@@ -301,13 +301,6 @@ def last_member(text: str) -> tuple[str, list[str]]:
     return _END.sub("", last), before
 
 
-def unnamed(text: str) -> str:
-    """A plain text without the name, the sign and other members before the answer, and its final dot."""
-    begun = _begun(text)
-    name, *others = members(begun)
-    return _END.sub("", (others[-1].strip() if others and is_label(name) else "") or begun)
-
-
 def _begun(text: str) -> str:
     leading = _COLON.match(text)
     return text if leading is None else text[leading.end() :]
