@@ -28,18 +28,20 @@ GREEK_LETTERS = (
     | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma"}
 )
 
-_GREEK = str.maketrans(GREEK_LETTERS | {"\N{MICRO SIGN}": "mu"})
-_LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
-
+_FRACTIONS = "¼½¾⅕⅖⅗⅘⅛⅜⅝⅞"  # those that are decimal numbers
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
-
-# The fractions of Unicode that are decimal numbers.
-_FRACTIONS = {
-    "¼": "0.25", "½": "0.5", "¾": "0.75", "⅕": "0.2", "⅖": "0.4", "⅗": "0.6", "⅘": "0.8",
-    "⅛": "0.125", "⅜": "0.375", "⅝": "0.625", "⅞": "0.875",
-}  # fmt: skip
+_NAMED = GREEK_LETTERS | {"\N{MICRO SIGN}": "mu"}
+_LETTER = "A-Za-z_" + "".join(_NAMED)
 SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"  # the pattern of a whole number that is written as an exponent
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")  # from superscripts to what they are on the line
+# The ASCII spelling of each character beyond ASCII, and the sign of powers.
+_SPELLED = str.maketrans(
+    _NAMED
+    | _OPERATORS
+    | {fraction: str(unicodedata.numeric(fraction)) for fraction in _FRACTIONS}
+    | {"°": "deg", "√": "sqrt", "∛": "cbrt"}
+)
+_KINDS = {"degree": "name", "fraction": "number"}
 # The pattern of a decimal number without a sign. It is possessive, so that long digits are read once.
 UNSIGNED = r"(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+"
 NUMERAL = rf"[-+]?{UNSIGNED}"  # the pattern of a decimal number
@@ -48,10 +50,10 @@ _TOKEN = re.compile(
     (?: (?P<number> {UNSIGNED} )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<degree> ° )
-      | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )
+      | (?P<operator> \*\* | [-+*/(),|{"".join(_OPERATORS)}] )
       | (?P<root> √³? | ∛ | (?<![\w)])³√ )
       | (?P<superscript> {SUPERSCRIPT} )
-      | (?P<fraction> [{"".join(_FRACTIONS)}] )
+      | (?P<fraction> [{_FRACTIONS}] )
       | (?P<end> \Z )
       | (?P<stranger> . )
     )""",
@@ -100,12 +102,10 @@ def rewritten(text: str, notations: Rules) -> str:
 class Token(NamedTuple):
     """A piece of an expression; `column` counts characters from 1."""
 
-    kind: str
-    """`number`, `name`, `operator`, `stars` (those of a power), `superscript`, `root` or `end`."""
+    kind: str  # `number`, `name`, `operator`, `stars` (those of a power), `superscript`, `root` or `end`
     text: str
     column: int | None
-    touches: bool
-    """Whether there is no blank between it and the token before it."""
+    touches: bool  # whether there is no blank between it and the token before it
 
 
 def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
@@ -118,28 +118,20 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
         raise ExpressionError(message, code="too_large")
     tokens = []
     for match in _TOKEN.finditer(text):
-        kind = match.lastgroup or "end"
-        piece = match[kind]
-        column = match.start(kind) + 1 if as_typed else None
-        if kind == "number":
-            _check_number(piece, column)
-        elif kind == "name":
-            piece = piece.translate(_GREEK)
-        elif kind == "degree":
-            kind, piece = "name", "deg"
-        elif kind == "operator":
-            kind = "stars" if piece == "**" else kind
-            piece = _OPERATORS.get(piece, piece)
-        elif kind == "superscript":
+        group = match.lastgroup or "end"
+        column = match.start(group) + 1 if as_typed else None
+        if group == "stranger":
+            unexpected = f"unexpected {_describe(match[group])}"
+            raise ExpressionError(unexpected, column=column, hint=_HINTS.get(match[group]))
+        kind, piece = _KINDS.get(group, group), match[group].translate(_SPELLED)
+        if group in ("number", "superscript"):
             piece = piece.translate(LOWERED)
             _check_number(piece, column)
-        elif kind == "fraction":
-            kind, piece = "number", _FRACTIONS[piece]
-        elif kind == "root":
-            piece = "sqrt" if piece == "√" else "cbrt"
-        elif kind == "stranger":
-            raise ExpressionError(f"unexpected {_describe(piece)}", column=column, hint=_HINTS.get(piece))
-        tokens.append(Token(kind, piece, column, match.start() == match.start(match.lastgroup or "end")))
+        elif group == "root":
+            piece = "cbrt" if "³" in piece else piece
+        elif match[group] == "**":
+            kind = "stars"
+        tokens.append(Token(kind, piece, column, match.start() == match.start(group)))
         if kind == "end":  # past blanks the pattern would find the end once more
             break
     return tokens

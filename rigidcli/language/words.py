@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -90,6 +91,7 @@ LONGEST_PRODUCT = 40
 MOST_LISTED = 40  # names in a message
 
 
+@dataclass(frozen=True, eq=False)
 class Words:
     """The names that a formula may hold.
 
@@ -98,18 +100,10 @@ class Words:
     that of a document, another name is taken whole.
     """
 
-    def __init__(
-        self,
-        names: Iterable[str],
-        spellings: Mapping[str, str] | None = None,
-        moving: Collection[str] = (),
-        *,
-        is_open: bool = False,
-    ) -> None:
-        self.names = tuple(names)
-        self.spellings = dict(spellings or {})
-        self.moving = frozenset(moving)
-        self.is_open = is_open
+    names: Sequence[str]
+    spellings: Mapping[str, str] = field(default_factory=dict)
+    moving: Collection[str] = ()
+    is_open: bool = field(default=False, kw_only=True)
 
     @cached_property
     def _meanings(self) -> dict[str, str]:
@@ -119,7 +113,7 @@ class Words:
         for word, name in (*((name, name) for name in self.names), *self.spellings.items()):
             bare.setdefault(word.replace("_", ""), set()).add(name)
         single = {word: meant.pop() for word, meant in bare.items() if len(meant) == 1}
-        return single | self.spellings | {name: name for name in self.names}
+        return single | dict(self.spellings) | {name: name for name in self.names}
 
     def meaning(self, word: str) -> str | None:
         """The name that a word is, or None."""
