@@ -180,6 +180,7 @@ NOTATION = (
     Notation("(g/l)^1/2", ("(g/l)^(1/2)", "((g/l)^1)/2"), "fits"),
     Notation("e^-k t", ("exp(-k t)", "exp(-k) t"), "answers only"),
     Notation("sqrt g/l", ("sqrt(g/l)", "sqrt(g)/l"), "fits"),
+    Notation("√³x", ("x^(1/3)",)),
     Notation("√2 x", ("sqrt(2) x", "sqrt(2 x)"), "answers only"),
     Notation("sin2θ", ("sin(2 theta)",)),
     Notation("sin θ/2", ("sin(theta/2)", "sin(theta)/2"), "fits"),

@@ -24,7 +24,7 @@ from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 from rigidcli.homework.base import CODES
 from rigidcli.homework.question import AnswerFile, Assignment
-from rigidcli.language.words import ALIASES, CONSTANTS, FUNCTIONS, NOTATION, QUANTITIES
+from rigidcli.language.words import ALIASES, CONSTANTS, DEFINED, FUNCTIONS, NOTATION, QUANTITIES
 from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
 from rigidcli.studies.common import RESULTS, WORDS
@@ -150,8 +150,11 @@ def _others() -> Iterator[Entry]:
     for name, function in FUNCTIONS.items():
         call = f"{name}({'y, x' if function.arity == 2 else 'x'})"
         yield Entry(("functions", call), function.says, other_names=[name])
+    for name, (formula, *arguments) in DEFINED.items():
+        yield Entry(("functions", f"{name}({', '.join(arguments)})"), formula, other_names=[name])
     for alias, name in ALIASES.items():
-        yield Entry(("functions", f"{alias}(x)"), f"the same as {name}(x)", other_names=[alias])
+        if alias != name:
+            yield Entry(("functions", f"{alias}(x)"), f"the same as {name}(x)", other_names=[alias])
     for name, value in CONSTANTS.items():
         yield Entry(("functions", name), f"{value:.16g}")
     taken = "the first that is right; in a document the one whose names and dimension fit, if there is one"
