@@ -155,6 +155,8 @@ def _entries(text: str, is_square: bool = False) -> Any:
         return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
         pieces = _blanks(pieces[0])
+    elif is_square and all(len(_blanks(piece)) > 1 for piece in pieces):
+        return list(map(_blanks, pieces))
     elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
         return [_inner(piece) for piece in pieces]
     elif is_square and not re.search("[,;]", "".join(pieces)):
@@ -278,6 +280,7 @@ _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
 _SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
 _SIGNS = rules(
     (_TRANSPOSED, ""),
+    (r"\]\s*\[(?=[-\d])", "];["),
     (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
     (_MAPLE, r"(\1)"),  # the rows of a matrix
 )
@@ -326,7 +329,7 @@ _E = "\ue000"  # the sign that stands before the axis of a unit vector, once it 
 _UNIT_VECTORS = (
     re.compile(rf"([ijkxyz]){HAT}+|e{HAT}+_?([xyz123])(?!\w)"),
     re.compile(r"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w(\ue000])"),
-    re.compile(r"(?<![A-Za-z_])([xyz])(?![\w(])"),
+    re.compile(r"(?<![A-Za-z_])(?<!\(\d)([xyz])(?![\w(])"),  # and no count, as in `11 (2x)`
 )
 _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")

@@ -43,9 +43,9 @@ ROUNDING = 1e-9
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 _KNOWN = frozenset(known_names())
-_WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
-_UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
-_PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
+__COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
+_UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
+_PER = rf"/\s*(?!{__COUNTED})[^\W\d_]"
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{typed.DECIMAL}))"
     r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
@@ -76,6 +76,17 @@ _TAKEN_BACK = re.compile(
 )
 _DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
+_COUNTS = [
+    "zero null cero",
+    "one eins uno",
+    "two zwei deux dos",
+    "three drei trois tres",
+    "four vier quatre",
+    "five",
+    "six",
+]
+_COUNTED = {word: str(number) for number, words in enumerate(_COUNTS) for word in words.split()}
+_IN_WORDS = re.compile(rf"(?i)(?<=\A)(?:{'|'.join(_COUNTED)})(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))")
 _T = TypeVar("_T")
 _Way = TypeVar("_Way")
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
@@ -154,7 +165,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
-    text = str(answer)
+    text = str(answer) if place else _IN_WORDS.sub(lambda word: _COUNTED[word[0].lower()], str(answer))
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     told = _AGAIN.split(text, maxsplit=2)
@@ -255,6 +266,8 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
         with suppress(Unreadable):
             units = read_units(text[:end], unit, place) if end else [None]
             return units, text[end:].strip("()[], \n")
+    if unit is PURE and re.fullmatch(r"[^\W\d_]{4,}", text) and not _TAKEN_BACK.search(text):
+        return [None], text  # what is counted: 3 coordinates
     if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
         words = f"read {shown(text)}: words behind the number, give the number and its unit"
         raise Unreadable("unit_incompatible", words, place=place)
@@ -324,6 +337,8 @@ _SIGNS = rules(
     (r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e"),  # 1*^3 in Mathematica, 1d3 in Fortran
     (r"(\d\s*(?:h|min))\s*(?=\d+(?:\.\d+)?\s*(?:min|s|sec)\b)", r"\1 + "),  # 1 h 20 min
     (r"\A\s*minus\s+(?=[\d.])", "-"),
+    (r"(?<=\d)\s*(?:degrees? of freedom|d\.?o\.?f\.?)(?!\w)", ""),
+    (r"/\s*\(([^()]*\d)\s*([^\W\d_]+)\)\s*\Z", r"/(\1) /\2"),  # divided by a quantity: 2π/(24 h)
     (rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*{_MINUTES}(?:\s*{_SECONDS})?", _in_degrees),
     (r"(?<=\d)\s*′", " arcmin"),
     (r"(?<=\d)\s*″", " arcsec"),
@@ -341,7 +356,11 @@ _UNCERTAIN = (
     rf"{typed.DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT_NAME}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
 )
 # A number without its uncertainty: `(3.12 ± 0.02) m` is `3.12 m`; and a quantity in brackets: `(12.5 J)`.
-_AROUND = rules((_UNCERTAIN, r"\g<value> "), (r"\A\s*\(([^()]*\d\s*[^\W\d][^()]*)\)\s*\Z", r"\1"))
+_AROUND = rules(
+    (_UNCERTAIN, r"\g<value> "),
+    (r"(?<=\d)\s+(?=[eE][-+]?\d)", ""),
+    (r"\A\s*\(([^()]*\d\s*[^\W\d][^()]*)\)\s*\Z", r"\1"),
+)
 
 
 def _value(text: str) -> tuple[tree.Node, str]:

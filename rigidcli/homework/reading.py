@@ -378,8 +378,6 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         fails("wrong_shape", f"read {shown(answer)}, expected equations")
 
 
-# The law that an equation comes from, as in `xdot = dH/dp = p/m` in LaTeX.
-_LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")
 _WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
 # A name with a colon or an arrow for `=`.
 _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
@@ -401,7 +399,7 @@ def _equations_in(answer: str) -> Iterator[str]:
     text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
     if "=" in text and is_enclosed(text):
         text = text.strip()[1:-1]
-    text = typed.slopes(without_latex(_LAW.sub("", text)).translate(typed.POINTS))
+    text = typed.slopes(without_latex(text).translate(typed.POINTS))
     text = "\n".join(cut(re.sub(r"\s*\n\s*(?==(?!>))", " ", text), _PART))
     if "=" not in text.replace("=>", ""):
         text = _NAMED.sub(r"\1=", text)

@@ -61,7 +61,7 @@ HAT = "\N{COMBINING CIRCUMFLEX ACCENT}"
 _BY_MEANING = {
     "=>": "Rightarrow Longrightarrow implies rightarrow to therefore iff", "=": "approx simeq", "±": "pm",
     "*": "cdot times ast", "/": "div", "'": "prime", "°": "circ degree", "|": "lvert rvert vert",
-    "[": "lbrack", "]": "rbrack", "i": "imath", "j": "jmath",
+    "[": "lbrack", "]": "rbrack", "i": "imath", "j": "jmath", "∂": "partial",
     " phi": "varphi", " theta": "vartheta", " epsilon": "varepsilon", " rho": "varrho", " sigma": "varsigma",
     "\n": "newline cr \\", "%": "%", "&": "&", "_": "_", "#": "#", " inf ": "infty",
     " ": "tag quad qquad thinspace space , ; : ! >",
