@@ -20,16 +20,9 @@ from typing import Any, TypeVar
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields import units
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension
-from rigidcli.fields.units import (
-    PREFIXES,
-    Unit,
-    known_names,
-    names_of_units,
-    run_together,
-    unit_readings,
-    without_separators,
-)
+from rigidcli.fields.units import PREFIXES, Unit
 from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree, typed
@@ -42,7 +35,7 @@ LONGEST_NUMBER = 400  # characters
 ROUNDING = 1e-9
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
-_KNOWN = frozenset(known_names())
+_KNOWN = frozenset(units.known_names())
 __COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{__COUNTED})[^\W\d_]"
@@ -213,7 +206,7 @@ def _variants(text: str) -> list[str]:
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
-    return without_separators(text)
+    return units.without_separators(text)
 
 
 def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
@@ -233,8 +226,8 @@ def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
             return [number(amount, None, mantissa)]
         if _SUM.fullmatch(text):
             return _sums(text, unit, place)
-        units, remark = _units_before_words(decimal["unit"], unit, place)
-        return [replace(number(amount, own, mantissa), remark=remark) for own in units]
+        several, remark = _units_before_words(decimal["unit"], unit, place)
+        return [replace(number(amount, own, mantissa), remark=remark) for own in several]
     node, behind = _value(text)
     amount = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
@@ -264,8 +257,8 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
     """The readings of a unit, and a remark behind it: `rad/s (clockwise)`. Raises Unreadable."""
     for end in (len(text), *(remark.start() for remark in islice(_REMARK.finditer(text), 8))):
         with suppress(Unreadable):
-            units = read_units(text[:end], unit, place) if end else [None]
-            return units, text[end:].strip("()[], \n")
+            several = read_units(text[:end], unit, place) if end else [None]
+            return several, text[end:].strip("()[], \n")
     if unit is PURE and re.fullmatch(r"[^\W\d_]{4,}", text) and not _TAKEN_BACK.search(text):
         return [None], text  # what is counted: 3 coordinates
     if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
@@ -407,9 +400,9 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
         unit, again = (read_units(part, expected, place)[0] for part in twice.groups())
         if (unit.scale, unit.dimension) == (again.scale, again.dimension):
             return [unit]
-    own = set() if expected is None else set(names_of_units(expected.text))
+    own = set() if expected is None else set(units.names_of_units(expected.text))
     try:
-        found = unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+        found = units.unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
         return [*found, *read_units(text[3:], expected, place)] if text.startswith("in ") else found
     except ValueProblem as problem:
         says = with_hint(problem)
@@ -432,7 +425,7 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
             ways.append(f"{meant}{raised}")
         # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
         if part not in _KNOWN or raised.startswith("^-"):
-            ways += [f"({'*'.join(parts)}{raised})" for parts in run_together(part)]
+            ways += [f"({'*'.join(parts)}{raised})" for parts in units.run_together(part)]
     return list(dict.fromkeys(ways)) or [f"{name}{power}"]
 
 

@@ -125,8 +125,8 @@ class _Grammar:
         self.places: dict[str, int] = {}
         self.barred = [False]
         self.is_open = words is None or words.is_open
+        # Whether e is the number, and no letter of the question.
         self.has_euler = not self.is_open and self.meaning("e") is None
-        """Whether e is the number, and no letter of the question."""
 
     def meaning(self, word: str) -> str | None:
         return self.words.meaning(word) if self.words else None

@@ -65,14 +65,12 @@ _SUM, _PRODUCT, _POWER, _ATOM = range(4)  # how tightly a written expression hol
 class _Piece(NamedTuple):
     """A part of the tree, written."""
 
-    text: str
-    """The part without its sign."""
+    text: str  # without its sign
     strength: int
     negative: bool = False
-    is_open: bool = False
-    """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
+    is_open: bool = False  # whether it ends in what a further factor would seem to belong to, as a divisor
+    # The sign and the argument of a function, in LaTeX: a power of it may be written on its sign.
     called: tuple[str, Any] | None = None
-    """The sign and the argument of a function, in LaTeX: a power of it may be written on its sign."""
 
 
 def _atom(word: str) -> _Piece:

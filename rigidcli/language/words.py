@@ -134,14 +134,12 @@ class Words:
             for cut in range(start + 1, end + 1):
                 part = word[start:cut]
                 meant = part if part in CALLED or part in CONSTANTS else self.meaning(part)
-                if meant is None or part[0] == "_":
-                    continue
-                if meant in CALLED and cut == end and (start == 0 or not calls):
+                is_called = meant in CALLED  # and needs an argument behind it
+                if meant is None or part[0] == "_" or (is_called and cut == end and not (calls and start)):
                     continue
                 for rest in spelled[cut]:
-                    if meant in CALLED and CALLED.issuperset(rest) and rest:
-                        continue
-                    products.setdefault(tuple(sorted((meant, *rest))), (meant, *rest))
+                    if not (is_called and rest and CALLED.issuperset(rest)):
+                        products.setdefault(tuple(sorted((meant, *rest))), (meant, *rest))
             spelled[start] = list(products.values())[:2]
         ways = spelled.get(0, [])
         return [way for way in ways if not self.is_open or way[0] in CALLED or CALLED.isdisjoint(way)]
