@@ -30,7 +30,7 @@ from rigidcli.language.expression import array, parse
 from rigidcli.language.latex import HAT, plain, with_hats
 from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import DECIMAL, cut, last_member, undecorated, without_brackets
-from rigidcli.language.words import CALLED
+from rigidcli.language.words import CALLED, said
 
 # The most brackets of a text that are looked into for a list, as each look reads all that is inside.
 MOST_BRACKETS = 40
@@ -204,17 +204,12 @@ def _formulas(row: str) -> list[str]:
     return cut(row, re.compile(r"\s+"))
 
 
-_WORDS_OF_COUNTS = {
-    1: "once|single|simple|einfach",
-    2: "twice|(?:(?:doubly|2-?fold) )?degenerate|double|doppelt|zweifach|2 ?times|2-?fold|twofold|deux fois",
-    3: "three times|thrice|tripl[ey](?: degenerate)?|dreifach|3 ?times|3-?fold|threefold|trois fois",
-}
 _SEVERAL = {
     n: re.compile(
-        rf"(?i)\s*[(\[]\s*(?:{n} ?[x×]|[x×] ?{n}|(?:mult(?:iplicity|\.)?|deg\.?) {n}|{words})\s*[)\]]"
-        rf"|\s+(?:{words}|with multiplicity {n})\s*\Z"
+        rf"(?i)\s*[(\[]\s*(?:{n} ?[x×]|[x×] ?{n}|(?:mult(?:iplicity|\.)?|deg\.?) {n}|{said(word)})\s*[)\]]"
+        rf"|\s+(?:{said(word)}|with multiplicity {n})\s*\Z"
     )
-    for n, words in _WORDS_OF_COUNTS.items()
+    for n, word in enumerate(("once", "twice", "thrice"), 1)
 }
 _BOTH_SIGNS = re.compile(
     r"(?:[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
@@ -285,7 +280,7 @@ _SIGNS = rules(
     (_MAPLE, r"(\1)"),  # the rows of a matrix
 )
 _CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
-_AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
+_AND = re.compile(rf",?\s+(?:{said('and')}|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
 _BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
 
 

@@ -29,6 +29,7 @@ from rigidcli.language import tree, typed
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.tokens import rewritten, rules
+from rigidcli.language.words import said
 
 LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
@@ -55,19 +56,15 @@ _REMARK = re.compile(
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{typed.DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
 # What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`.
 _AGAIN = re.compile(
-    r"\s*(?:[(\[]|[,;]?\s*\b(?:or|oder|ou|o|bzw\.?|i\.\s?e\.|that is|d\.\s?h\.|resp\.?)(?=\s)|[,;]\s"
+    rf"\s*(?:[(\[]|[,;]?\s*\b{said('or', 'same')}(?=\s)|[,;]\s"
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
 _TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
-_TAKEN_BACK = re.compile(
-    r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not|no(?! units?\b)|nicht|kein|non|pas|more|less"
-    r"|mehr|weniger|plus|moins|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error"
-    r"|negative?|minus|opposite|half|double|twice|squared|times|per)\b|\?"
-)
-_DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
+_TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
+_DENIED = re.compile(rf"(?i)\s*{said('not')}")
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _COUNTS = [
     "zero null cero",

@@ -32,7 +32,7 @@ from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import Call, Node, names_in, nodes
 from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
-from rigidcli.language.words import FUNCTIONS, Words, unknown
+from rigidcli.language.words import FUNCTIONS, Words, said, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
 # Functions that begin like an amplitude `a`.
@@ -385,7 +385,7 @@ _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
 _PART = re.compile(
     r"(?:\A|(?<=\s))(?:[1-9a-h]|i{1,3})\)\s+|(?:\A|(?<=[\w)]\s))\([_1-9]\)\s+(?=[^\W\d]\w*dot\w*\s*=)"
 )
-_BETWEEN = re.compile(r"[\n;]|=>|\s\|\s|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
+_BETWEEN = re.compile(rf"[\n;]|=>|\s\|\s|\s&\s|\b{said('and')}|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
 _RATE = re.compile(r"\s*[^\W\d]\w*dot\w*\s*=")
 # What stands between two equations for derivatives, where nothing but a blank does.
 _NEXT_RATE = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
@@ -403,7 +403,7 @@ def _equations_in(answer: str) -> Iterator[str]:
     text = "\n".join(cut(re.sub(r"\s*\n\s*(?==(?!>))", " ", text), _PART))
     if "=" not in text.replace("=>", ""):
         text = _NAMED.sub(r"\1=", text)
-    if re.search(r"\b(?:or|oder|ou)\b", text):
+    if re.search(rf"\b{said('or')}", text):
         raise two_answers()
     for line in _BETWEEN.split(text):
         whole, pieces = "", split(line)

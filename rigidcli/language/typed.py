@@ -19,7 +19,7 @@ from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
 from rigidcli.language.tokens import rewritten, rules, tokenize
-from rigidcli.language.words import CALLED, Words
+from rigidcli.language.words import CALLED, Words, said
 
 # --- decoration: what no judge reads
 
@@ -28,37 +28,28 @@ LONGEST_DECORATED = 4000
 # The pattern of a decimal number as people type it, without a sign and a power of ten.
 DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
 QUOTES = '"“”„‟«»`″'
-_BEFORE = r"""(?xi) \A (?> \s* (?:
-      (?:so|thus|hence|therefore|also|donc|somit|daher)\b [,:]?
-    | (?:(?:my|the|our|die|das|la|le|el|final)\s+)* (?:answer|ans|result|solution|ergebnis|antwort
-        |lösung|réponse|rép|résultat|respuesta|resultado|solución|risposta|risultato)\b
-        \.? \s* (?:is|ist|est|es|lautet)?\b
-        (?:\s+(?:approximately|about))? \s* [:=]?
-    | (?:it|this|that|that's|it's|das|es|c'est) \s+ (?:is|ist|equals)\b | it's\b | c'est\b
-    | (?:[^\W\d_]+['’]?\s+){1,7} (?:is|ist|est|es|beträgt|vaut|vale|equals|be|are|sind|sont|son|gives
-        |lauten|è) \s+
-        (?=(?:about|approximately|roughly|etwa|ca\.?|environ|circa)?\s*[-+~≈]?\s*[\d([{√\\.]|sqrt)
-    | (?:(?!in\b)[^\W\d_]+\s+){1,6} [^\W\d_]+ \s* : \s* (?=[-+~≈]?\s*[\d(]) (?=[^:=]*\Z)
-    | [a-z] \s+ (?:is|ist|est) \s+ (?=\S)
-    | (?:i|we) \s+ (?:get|got|find|found|obtain|have)\b
-    | (?:gives|yields|ergibt|donne|i\s+think|probably|wahrscheinlich|vermutlich|probablement) \s+
-        (?=[-+~≈]?\s*[\d.])
-    | (?:about|approximately|approx|around|roughly|circa|ca|etwa|ungefähr|ungefaehr|rund|environ|env
-        |unos|aproximadamente|aprox|à\ peu\ près|más\ o\ menos|c(?=\.\s)
-        |(?:nearly|almost|presque|casi)(?=\s+[-+~]?(?:[\d.(√\\]|sqrt)))\b \.?
+_BEFORE = rf"""(?xi) \A (?> \s* (?:
+      {said("so")} [,:]?
+    | (?:{said("article")}\s+)* {said("answer")} \.? \s* {said("is")}? (?:\s+{said("about")})? \s* [:=]?
+    | {said("it")} \s+ {said("is")} | it's\b | c'est\b
+    | (?:[^\W\d_]+['’]?\s+){{1,7}} {said("is")} \s+ (?={said("about")}?\.?\s*[-+~≈]?\s*[\d([{{√\\.]|sqrt)
+    | (?:(?!in\b)[^\W\d_]+\s+){{1,6}} [^\W\d_]+ \s* : \s* (?=[-+~≈]?\s*[\d(]) (?=[^:=]*\Z)
+    | [a-z] \s+ {said("is")} \s+ (?=\S)
+    | (?:i|we) \s+ {said("get")}
+    | {said("gives", "believe")} \s+ (?=[-+~≈]?\s*[\d.])
+    | (?: {said("about")} | c(?=\.\s) | {said("nearly")}(?=\s+[-+~]?(?:[\d.(√\\]|sqrt)) ) \.?
     | (?:[•▪‣] | · \s | \* \s+) (?=\S)
     | \#+ \s
-    | [≈~≃≅∼∴] | => | [⇒→⟶] | -{1,2}>
+    | [≈~≃≅∼∴] | => | [⇒→⟶] | -{{1,2}}>
     ) \s* ) (?!\Z)"""
-_BEHIND = r"""(?xi) \s* (?:
+_BEHIND = rf"""(?xi) \s* (?:
       [(\[] \s* (?: (?:to\s+|auf\s+)? \d \s* (?: s\.?\s*f\.?
         | sig\.?(?:nificant)?\s*fig(?:ure)?s?\.? | d\.?\s*p\.? | decimals?
         | decimal\s+places? | gültige\s+ziffern | stellen | c\.?\s*s\.? )
-        | approx(?:\.|imately)? | about | rounded | gerundet | arrondi | ca\.? | exact(?:ly)?
-        | SI(?:\s+units)? ) \s* [)\]]
+        | {said("about", "rounded")} \.? | SI(?:\s+units)? ) \s* [)\]]
     | [(\[] \s* (?: exact(?:ly)? | i\.e\.? | unrounded | [≈=] ) [^()\[\]]* [)\]]
     | \s (?:to\s+) \d \s* (?: s\.?\s*f\.? | sig\.?\s*figs?\.? | significant\s+figures | decimal\s+places? )
-    | \s (?:approx(?:\.|imately)? | rounded | gerundet)
+    | \s (?:approx(?:imately)? | rounded | gerundet) \.?
     | [“”„‟«»`] | (?<=[^\s\d]) \s* ["″]  # 3" are seconds of arc
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | \s!+ | (?<!\\) [,;]
@@ -131,11 +122,11 @@ _LABEL = re.compile(
 )
 _EQUALS = re.compile(r"(?<![<>=!]):?==?(?![>=])")
 _IMPLIES = re.compile(r"=>|->")
-_OR = re.compile(r"(?i)(?<=[\w)\].'])\s+(?:or|oder|ou|and|und|et)\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
+_OR = re.compile(rf"(?i)(?<=[\w)\].'])\s+{said('or', 'and')}\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
 _NEXT = re.compile(rf"[\n;]|[,.]\s+(?={_LABEL.pattern}:?=)")
 _SECOND = re.compile(rf"(?P<value>.*[\w)\]}}°%])\s+(?P<name>{_WORD}(?:\([\w, ]*\))?)\s*", re.DOTALL)
 # What may be said of a value behind a last `=`: `E = 12.5 J = const.`
-_CONSTANT = re.compile(r"\s*(?:const|konst|konstant|constante?|cste|cte)\.?\s*", re.IGNORECASE)
+_CONSTANT = re.compile(rf"(?i)\s*{said('constant')}\.?\s*")
 # An arrow in the place of `=` behind a name.
 _LEADS_TO = re.compile(rf"\A(\s*{_WORD}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
 
@@ -188,7 +179,7 @@ def judged_member(text: str) -> tuple[str, list[str]]:
     A text may say the same name again, in lines or behind `=>`. Raises ExpressionError for several answers.
     """
     text = _LEADS_TO.sub(r"\1=", text)
-    if not re.search(r"=|\b(?:or|oder|ou|and|und|et)\b", text, re.IGNORECASE):
+    if "=" not in text and not _OR.search(text):
         return text, []
     if len(cut(text, _OR)) > 1:
         raise two_answers()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 from rigidcli.errors import ExpressionError, did_you_mean, nearest, shown
@@ -83,6 +85,18 @@ CONSTANTS: dict[str, float] = {"pi": math.pi}
 CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS, "cbrt"})
 # Names that a document cannot give to a parameter of its own; `t` is time.
 RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS, "t"})
+
+# --- the words of people
+
+_LINES = Path(__file__).with_name("words.csv").read_text("utf-8").splitlines()[1:]
+_SAID = {meaning: words.split() for meaning, words in (line.split(",") for line in _LINES)}
+
+
+def said(*meanings: str) -> str:
+    """The pattern of the words with any of these meanings, in all languages."""
+    words = sorted((word for meaning in meanings for word in _SAID[meaning]), key=len, reverse=True)
+    return rf"(?:(?:{'|'.join(map(re.escape, words)).replace('_', '[ ]')})(?!\w))"
+
 
 # --- the names of a question
 
