@@ -25,17 +25,16 @@ from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice, read_numbers, read_units, scale_in
-from rigidcli.language import tree
+from rigidcli.language import tree, typed
 from rigidcli.language.expression import array, parse
 from rigidcli.language.latex import HAT, plain, with_hats
 from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.typed import DECIMAL, cut, last_member, undecorated, without_brackets
+from rigidcli.language.typed import closings_of, cut, is_enclosed, without_brackets
 from rigidcli.language.words import CALLED, said
 
 # The most brackets of a text that are looked into for a list, as each look reads all that is inside.
 MOST_BRACKETS = 40
-_OPEN, _CLOSE = "[({", "])}"
-_NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
+_NUMBER = re.compile(rf"[-+]?{typed.DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 # What stands between `I1 = 3` and the next name with a digit, or of one letter.
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
@@ -61,7 +60,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         answer = ",".join(answer)  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
-    answer = undecorated(answer)
+    answer = typed.undecorated(answer)
     if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
         raise Unreadable("parse_error", "bars mean a length: give the components")
     try:
@@ -75,7 +74,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
-        factor, inner, unit = _parts(text.strip() if is_mapping else last_member(text)[0].strip())
+        factor, inner, unit = _parts(text.strip() if is_mapping else typed.last_member(text)[0].strip())
         entries = _entries(inner, is_square)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", advice(error)) from None
@@ -83,25 +82,6 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
 
 
 # --- the parts of a list
-
-
-def is_enclosed(text: str) -> bool:
-    """Whether a text begins with a bracket that its end closes. Raises ExpressionError."""
-    text = text.strip()
-    return text[:1] in tuple(_OPEN) and closings_of(text)[0] == len(text) - 1
-
-
-def closings_of(text: str) -> dict[int, int]:
-    """Where the brackets of a text are closed, by where they open. Raises ExpressionError."""
-    opened, ends = list[int](), dict[int, int]()
-    for place, sign in enumerate(text):
-        if sign in _OPEN:
-            opened.append(place)
-        elif sign in _CLOSE and opened:
-            ends[opened.pop()] = place
-    if opened:
-        raise ExpressionError(f"`{text[opened[-1]]}` is never closed")
-    return ends
 
 
 def _parts(text: str) -> tuple[str, str, str]:

@@ -24,14 +24,14 @@ from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
-from rigidcli.homework.lists import TIME, is_enclosed, read_list, split
+from rigidcli.homework.lists import TIME, read_list, split
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
 from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import Call, Node, names_in, nodes
-from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
+from rigidcli.language.typed import cut, is_enclosed, two_answers, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, said, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]

@@ -13,6 +13,7 @@ front. No text is given to anything that could run it.
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
@@ -130,7 +131,6 @@ _CONSTANT = re.compile(rf"(?i)\s*{said('constant')}\.?\s*")
 # An arrow in the place of `=` behind a name.
 _LEADS_TO = re.compile(rf"\A(\s*{_WORD}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
 
-_OPEN, _CLOSE = "([{", ")]}"
 _BRACKET = re.compile(r"[()\[\]{}]")
 
 
@@ -144,17 +144,33 @@ def is_label(side: str) -> bool:
     return _LABEL.fullmatch(side) is not None and CALLED.isdisjoint(re.findall(r"\w+", side))
 
 
+def closings_of(text: str) -> dict[int, int]:
+    """Where the brackets of a text are closed, by where they open. Raises ExpressionError."""
+    opened, ends = list[int](), dict[int, int]()
+    for bracket in _BRACKET.finditer(text):
+        if bracket[0] in "([{":
+            opened.append(bracket.start())
+        elif opened:
+            ends[opened.pop()] = bracket.start()
+    if opened:
+        raise ExpressionError(f"`{text[opened[-1]]}` is never closed")
+    return ends
+
+
+def is_enclosed(text: str) -> bool:
+    """Whether a text begins with a bracket that its end closes. Raises ExpressionError."""
+    text = text.strip()
+    return text[:1] in tuple("([{") and closings_of(text)[0] == len(text) - 1
+
+
 def without_brackets(text: str) -> str:
     """The text with `_` for each character in brackets: of the same length, so that places stay valid."""
-    masked, depth, begin = "", 0, 0
-    for bracket in _BRACKET.finditer(text):
-        sign, place = bracket[0], bracket.start()
-        masked += "_" * (place - begin) if depth else text[begin:place]
-        depth = max(0, depth - (sign in _CLOSE))
-        masked += "_" if depth else sign
-        depth += sign in _OPEN
-        begin = place + 1
-    return text if depth else masked + text[begin:]
+    masked, passed = text, -1
+    with suppress(ExpressionError):
+        for start, end in sorted(closings_of(text).items()):
+            if start > passed:
+                masked, passed = masked[: start + 1] + "_" * (end - start - 1) + masked[end:], end
+    return masked
 
 
 def cut(text: str, between: re.Pattern[str]) -> list[str]:

@@ -25,14 +25,14 @@ from rigidcli.homework import entries
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds import arrays
-from rigidcli.homework.lists import MOST_BRACKETS, closings_of, in_brackets, read_list
+from rigidcli.homework.lists import MOST_BRACKETS, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.same import all_same
 from rigidcli.language import tree
 from rigidcli.language.latex import HAT
-from rigidcli.language.typed import cut, without_labels
+from rigidcli.language.typed import closings_of, cut, without_labels
 
 MOST_PAIRS = 6  # the most pairs of an answer: three are right, and more are surplus
 # Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes.
