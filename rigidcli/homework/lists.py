@@ -103,7 +103,11 @@ def _parts(text: str) -> tuple[str, str, str]:
 
 def _bare(text: str) -> str:
     """A text without brackets around the whole of it."""
-    return _bare(text.strip()[1:-1]) if is_enclosed(text) else text
+    text, depth = text.strip(), 0
+    ends = closings_of(text)
+    while ends.get(depth) == len(text) - 1 - depth:
+        depth += 1
+    return text[depth : len(text) - depth]
 
 
 def _is_several(text: str) -> bool:
