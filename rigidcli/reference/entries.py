@@ -147,14 +147,11 @@ def _others() -> Iterator[Entry]:
         yield Entry(("units", dimension), ", ".join(units))
     operators = "+ - * / and ** or ^ for powers. `2 a` is a product."
     yield Entry(("functions",), "functions in expressions", facts={"operators": operators})
-    for name, function in FUNCTIONS.items():
-        call = f"{name}({'y, x' if function.arity == 2 else 'x'})"
-        yield Entry(("functions", call), function.says, other_names=[name])
-    for name, (formula, *arguments) in DEFINED.items():
-        yield Entry(("functions", f"{name}({', '.join(arguments)})"), formula, other_names=[name])
-    for alias, name in ALIASES.items():
-        if alias != name:
-            yield Entry(("functions", f"{alias}(x)"), f"the same as {name}(x)", other_names=[alias])
+    says = {f"{name}({'x' if each.arity == 1 else 'y, x'})": each.says for name, each in FUNCTIONS.items()}
+    says |= {f"{name}({', '.join(names)})": formula for name, (formula, *names) in DEFINED.items()}
+    says |= {f"{alias}(x)": f"the same as {name}(x)" for alias, name in ALIASES.items() if alias != name}
+    for call, text in says.items():
+        yield Entry(("functions", call), text, other_names=[call.partition("(")[0]])
     for name, value in CONSTANTS.items():
         yield Entry(("functions", name), f"{value:.16g}")
     taken = "the first that is right; in a document the one whose names and dimension fit, if there is one"
