@@ -226,8 +226,11 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
         return [_moved(each, factor, unit) for each in entry]
     if isinstance(entry, dict):
         return {name: _moved(each, factor, unit) for name, each in entry.items()}
-    entry = f"({factor})*({entry})" if factor else f"({entry})" if unit[:1] in ("/", "1") else entry
-    return f"{entry}{'*' * (unit[:1] == '1')}{' ' * (unit[:1] != '/')}{unit}".rstrip()
+    entry = f"({factor})*({entry})" if factor else entry
+    is_number = _NUMBER.fullmatch(entry) and not re.match(r"1\s*/\s*\d", unit)
+    if unit.startswith(("/", "1")) and not is_number:  # a divisor; behind a number it may be a unit
+        return f"({entry}){'*' * (unit[0] == '1')}{unit}"
+    return f"{entry} {unit}".rstrip()
 
 
 # An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`.

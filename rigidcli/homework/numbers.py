@@ -64,6 +64,7 @@ _TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
+_COUNTED_THINGS = re.compile(rf"(?i){said('counted')}")
 _DENIED = re.compile(rf"(?i)\s*{said('not')}")
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _COUNTS = [
@@ -256,7 +257,7 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
         with suppress(Unreadable):
             several = read_units(text[:end], unit, place) if end else [None]
             return several, text[end:].strip("()[], \n")
-    if unit is PURE and re.fullmatch(r"[^\W\d_]{4,}", text) and not _TAKEN_BACK.search(text):
+    if unit is PURE and _COUNTED_THINGS.fullmatch(text):
         return [None], text  # what is counted: 3 coordinates
     if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
         words = f"read {shown(text)}: words behind the number, give the number and its unit"

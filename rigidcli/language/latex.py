@@ -177,6 +177,12 @@ def _power(match: re.Match[str]) -> str:
     return f"^{power.lstrip('+')} " if re.fullmatch(r"[-+]?\d+", power.replace(" ", "")) else f"^({match[1]})"
 
 
+def _dotted(match: re.Match[str]) -> str:
+    """A name with its index, then its dots: `\\dot{x}_1` is x_1dot."""
+    name, index = re.sub(r"[()\s]", "", match[2]), _index(match[3] or match[4] or "")
+    return f" {name}{'_' * bool(index)}{index}{'dot' if match[1] == _DOT else 'ddot'} "
+
+
 def _index(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "", text)
 
@@ -188,8 +194,7 @@ def matrix(text: str) -> str:
 
 
 _GROUPS = rules(
-    (rf"{_DOT}{_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", lambda m: _dotted("dot", m)),
-    (rf"{_DDOT}{_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", lambda m: _dotted("ddot", m)),
+    (rf"([{_DOT}{_DDOT}]){_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", _dotted),
     (rf"{_FRACTION}{_GROUP}{_GROUP}", _fraction),
     (rf"({_FRACTION}{_GROUP})\s*(\w)(?![A-Za-z])", r"\1{\3}"),
     (rf"{_ROOT}\[([^\[\]]*)\]{_GROUP}", r"((\2)^(1/(\1)))"),
@@ -212,12 +217,6 @@ _UNFINISHED = (
     | dict.fromkeys([_MATRIX, _LINES], "an environment of LaTeX is never ended")
     | {_END: "an environment of LaTeX ends that was not begun"}
 )
-
-
-def _dotted(dots: str, match: re.Match[str]) -> str:
-    """A name with its index, then its dots: `\\dot{x}_1` is x_1dot."""
-    name, index = re.sub(r"[()\s]", "", match[1]), _index(match[2] or match[3] or "")
-    return f" {name}{'_' * bool(index)}{index}{dots} "
 
 
 def _without_braces(text: str) -> str:
