@@ -193,6 +193,7 @@ def matrix(text: str) -> str:
     return f"[{'; '.join(rows)}]"
 
 
+# Innermost groups, each by the sign before it.
 _GROUPS = rules(
     (rf"([{_DOT}{_DDOT}]){_GROUP}(?:\s*_\s*(?:\{{([^{{}}]*)\}}|(\w)))?", _dotted),
     (rf"{_FRACTION}{_GROUP}{_GROUP}", _fraction),
@@ -209,8 +210,6 @@ _GROUPS = rules(
 )
 # Braces that only hold together; those behind a sign or another group may be arguments.
 _BRACES = re.compile(rf"(?<![}}\]{_FRACTION}-{_CONTENT}])\{{([^{{}}]*)\}}")
-
-
 _UNFINISHED = (
     {"{": "a brace `{` is never closed", "}": "a brace `}` closes nothing"}
     | dict.fromkeys([_FRACTION, _DOT, _DDOT], "a LaTeX command lacks its argument")
