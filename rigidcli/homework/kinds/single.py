@@ -293,7 +293,8 @@ def _plain(text: str) -> str:
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
     words = re.sub(r"(?<=is)n['’]t\b", " not", letters.casefold())
+    words = re.sub(r"\bun(?:-(?=\w)| (?=stable))", "un", words)
     words = words.strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
     words = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(_unless_opposite, words)
-    words = _BETWEEN.sub(" ", _SUBJECT.sub("", _ARTICLE.sub("", words.strip()))).strip(" .!")
+    words = _SUBJECT.sub("", _ARTICLE.sub("", _BETWEEN.sub(" ", words.strip()))).strip(" .!")
     return TRUTH.get(words.replace("í", "i"), words)
