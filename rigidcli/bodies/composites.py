@@ -45,9 +45,9 @@ class TensorEntries(Section):
     Ixx: MomentOfInertia
     Iyy: MomentOfInertia
     Izz: MomentOfInertia
-    Ixy: MomentOfInertia = Field(default=0, description="-sum m x y (kg m^2)")
-    Ixz: MomentOfInertia = Field(default=0, description="-sum m x z (kg m^2)")
-    Iyz: MomentOfInertia = Field(default=0, description="-sum m y z (kg m^2)")
+    Ixy: MomentOfInertia = Field(default=0, validate_default=True, description="-sum m x y (kg m^2)")
+    Ixz: MomentOfInertia = Field(default=0, validate_default=True, description="-sum m x z (kg m^2)")
+    Iyz: MomentOfInertia = Field(default=0, validate_default=True, description="-sum m y z (kg m^2)")
 
 
 def _rows(raw: Mapping[str, Any], env: Environment) -> tuple[tuple[Scalar, ...], ...]:
