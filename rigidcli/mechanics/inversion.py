@@ -300,7 +300,8 @@ def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
     e, r = e - still, tidy(r - still)
     polynomial = coefficients(e, [v])
     if polynomial is not None:
-        yield from _of_polynomial({n: c for (n,), c in polynomial.items()}, r)
+        powers = {n: c for (n,), c in polynomial.items() if n}
+        yield from _of_polynomial(powers, tidy(r - polynomial.get((0,), ZERO)))
         return
     moving = {factor for m in e.terms for factor in m if v in factor[0].names}
     if len(moving) == 1:
@@ -314,7 +315,9 @@ def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
 
 def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
     """The roots of a polynomial without a constant that has one power, or one and its square."""
-    first, *others = sorted(polynomial)
+    first, *others = sorted(polynomial) or [0]
+    if not first:
+        return
     if not others:
         for u, conditions in _roots(tidy(r / polynomial[first]), Fraction(first)):
             yield u, conditions, None

@@ -186,6 +186,7 @@ def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
         )
     )["transform"]
     assert found["canonical"] is True
+    assert all(found[side] for side in case.get("solved", ()))
     side = "old" if found["old"] else "new"
     given = {n: str(e) for n, e in found[side].items()}
     change = (case["coordinates"], case["hamiltonian"], side, case["new"], given)
