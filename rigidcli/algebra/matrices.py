@@ -58,6 +58,12 @@ def times(matrix: Matrix, vector: Sequence[Expr]) -> list[Expr]:
     return [total(a * b for a, b in zip(row, vector, strict=True) if a) for row in matrix]
 
 
+def quadratic_form(matrix: Matrix, vector: Sequence[Expr]) -> Expr:
+    """The product x.M.x of a symmetric matrix and a vector."""
+    pairs = combinations_with_replacement(range(len(vector)), 2)
+    return total(matrix[i][j] * (1 if i == j else 2) * vector[i] * vector[j] for i, j in pairs)
+
+
 def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:
     """The inverse of a symmetric matrix (n by n), by blocks; None if there is none, or it would be too large.
 

@@ -61,8 +61,6 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
     """The names that must be positive for expressions to vanish, `variables` only if need be; or None."""
     left = [e for e in expressions if not is_zero(e)]
-    if not left:
-        return ()
     parameters = sorted({name for e in left for name in e.names}.difference(variables))
 
     def vanish(names: Sequence[str]) -> bool:

@@ -24,7 +24,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from itertools import combinations_with_replacement
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra import arithmetic, matrices
@@ -113,11 +112,6 @@ def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
     return shift, rest, inverse
 
 
-def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
-    pairs = combinations_with_replacement(range(len(momenta)), 2)
-    return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
-
-
 def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse where K^2 is a quadratic polynomial: first the form where the system may be at rest."""
     is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
@@ -127,7 +121,7 @@ def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
         return []
     shift, a, inverse = square
     raised = matrices.times(inverse, momenta)
-    below = _value([[tidy(-a * entry) for entry in row] for row in inverse], momenta) + a
+    below = matrices.quadratic_form([[tidy(-a * e) for e in row] for row in inverse], momenta) + a
     D = tidy(below) ** HALF
     outside = substitute(K, {v: -s for v, s in zip(velocities, shift, strict=True)})
     (sign, odd), (side, other) = _odd_part(outside), _odd_part(a)
@@ -169,7 +163,7 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     A = alone / length**n
     if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
         return []
-    s = tidy(_value(inverse, momenta)) / (n * A) ** 2
+    s = tidy(matrices.quadratic_form(inverse, momenta)) / (n * A) ** 2
     raised = matrices.times(inverse, momenta)
     rates = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement
@@ -92,31 +92,29 @@ def legendre_transform(
         for block in matrices.blocks(matrix)
         if any(not matrix[i][j].names.isdisjoint(velocities) for i in block for j in block)
     ]
-    try:
+    with suppress(ExpressionError):
         if curved:
             return _mixed(lagrangian, curved, velocities, P, values or {}, typed)
-        branch = _quadratic(lagrangian, momenta, velocities, P, squares)
-    except ExpressionError:
-        return []
-    return [] if branch is None else [branch]
+        return _quadratic(lagrangian, momenta, velocities, P, squares)
+    return []
 
 
 def _quadratic(
     lagrangian: Expr, momenta: Momenta, velocities: Sequence[str], P: Sequence[Expr], particles: Squares
-) -> Branch | None:
+) -> list[Branch]:
     at_rest, potential = dict.fromkeys(velocities, ZERO), free_of(velocities, lagrangian)
     rest = substitute(lagrangian - potential, at_rest)
     shifted = [p - substitute(b, at_rest) for p, b in zip(P, momenta.definitions, strict=True)]
     coordinates = [v.removesuffix("dot") for v in velocities]
     typed = typed_squares(lagrangian, velocities)
-    inverse = of_blocks(momenta.mass_matrix, shifted, typed, particles, coordinates)
-    if inverse is None:
-        return None
-    energy = over_shared_sums(total(inverse[1]))
+    found = of_blocks(momenta.mass_matrix, shifted, typed, particles, coordinates)
+    if found is None:
+        return []
+    energy = over_shared_sums(total(found[1]))
     forms = [energy - _cancelled(potential, rest)]
     if shifted != P:
         forms += _by_degrees(energy, potential + rest, P)
-    return Branch(tuple(inverse[0]), shortest(forms))
+    return [Branch(tuple(found[0]), shortest(forms))]
 
 
 def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]:
@@ -227,41 +225,35 @@ HALF = Fraction(1, 2)
 Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]  # factors a and the rows w of a (w.v)^2
 
 
-class Energy(NamedTuple):
-    """H of some momenta, and what works out the velocities that they have."""
-
-    hamiltonian: Expr
-    velocities: Callable[[], Sequence[Expr]]
-
-
 def energy(
     matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
-) -> Energy | None:
-    """H = P.M^-1.P/2 of a block (n by n); None where all forms are too long to print.
+) -> tuple[Expr, Sequence[Expr]] | None:
+    """H = P.M^-1.P/2 of a block (n by n), and its velocities (n); None where all forms are too long to print.
 
     `typed` are the squares of which the kinetic energy was typed, or else those of `particles` make it.
     """
-    definite = _is_definite(matrix, coordinates)
-    inside = [(a, row) for a, row in typed if any(row)]
-    energies: list[Energy] = []
+    definite, completed, inverse = _is_definite(matrix, coordinates), None, None
     if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
-        form = _as_squares(matrix, momenta)
-        energies += [] if form is None else [form]
-    if not energies or energies[0].hamiltonian.nodes > FEW_NODES:
+        completed = _completed_squares(matrix, momenta)
+    forms = [] if completed is None else [total(tidy(1 / d) / 2 * q**2 for q, d, _ in completed)]
+    if not forms or forms[0].nodes > FEW_NODES:
+        inverse = matrices.inverse(matrix, matrices.FEW_TERMS if forms else matrices.MOST_TERMS)
+    if inverse is not None:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
-        most = matrices.FEW_TERMS if energies else matrices.MOST_TERMS
-        energies = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *energies]
-    if not energies:
+        forms += _by_inverse(inverse, matrix, momenta, fixed)
+        velocities = list(map(tidy, matrices.times(inverse, momenta)))
+    elif completed is not None:
+        rates = (total(slope[j] * q / d for q, d, slope in completed) for j in range(len(matrix)))
+        velocities = [v if v.nodes > MOST_NODES_TO_TIDY else tidy(v) for v in rates]
+    else:
         return None
-    squares = inside or [(a, row) for a, row in particles if any(row)]
-    forms = [*(form.hamiltonian for form in energies), *_by_rows(squares, momenta)]
-    return Energy(shortest(forms), energies[0].velocities)
+    squares = [(a, row) for a, row in typed if any(row)] or [(a, row) for a, row in particles if any(row)]
+    return shortest([*forms, *_by_rows(squares, momenta)]), velocities
 
 
 def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
     """Whether M is definite at random points of coordinates and positive parameters."""
-    entries = [entry for row in matrix for entry in row]
-    values = sampled(entries, {}, count=8, signed=coordinates)
+    values = sampled([entry for row in matrix for entry in row], {}, count=8, signed=coordinates)
     if values is None:
         return True
     eigenvalues = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
@@ -274,27 +266,19 @@ def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
 
 
 def _by_inverse(
-    inverse: Matrix | None, matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]
-) -> Iterator[Energy]:
+    inverse: Matrix, matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]
+) -> Iterator[Expr]:
     """H from the inverse matrix: of two momenta as squares by the `pivots`, or entry by entry."""
-    if inverse is None:
-        return
-    size = range(len(momenta))
-
-    def velocities() -> Sequence[Expr]:
-        return list(map(tidy, matrices.times(inverse, momenta)))
-
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
         for j in reversed(pivots):
             square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
             whole = inverse[1 - j][1 - j] * HALF * square**2
-            yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)
+            yield whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2
     if len(momenta) > 2 or len(pivots) < 2:
-        pairs = combinations_with_replacement(size, 2)
-        parts = [inverse[i][j] * (HALF if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs]
-        forms = [total(parts), tidy(total(parts))]
-        yield Energy(shortest([e for e in forms if not _is_multiple(e, momenta)] or forms), velocities)
+        whole = matrices.quadratic_form(inverse, momenta) / 2
+        forms = [whole, tidy(whole)]
+        yield shortest([e for e in forms if not _is_multiple(e, momenta)] or forms)
 
 
 def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
@@ -302,12 +286,14 @@ def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
     return len(e.terms) == 1 and any(atom in dict(*e.terms) for p in momenta for atom in p.atoms)
 
 
-def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
-    """H as a sum of as many squares as momenta, by the shortest entries first.
+def _completed_squares(
+    matrix: Matrix, momenta: Sequence[Expr]
+) -> list[tuple[Expr, Expr, Sequence[Expr]]] | None:
+    """Momenta Q_k, factors d_k, and slopes dQ_k/dP_j (n each), with which H is sum_k Q_k^2/(2 d_k).
 
-    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
-    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no
-    entry to begin with, or the squares become too long to be of use.
+    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, they are P_j = Q_j + sum_k f_kj Q_k, by the
+    shortest entries first. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no entry to
+    begin with, or the squares become too long to be of use.
     """
     rows, left, length, size = [list(row) for row in matrix], set(range(len(matrix))), 0, range(len(matrix))
     Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
@@ -332,12 +318,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
         for j, factor in others.items():
             Q[j] -= factor * Q[k]
             slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
-
-    def velocities() -> Sequence[Expr]:
-        rates = [total(slope[j] * q / d for q, d, slope in done) for j in size]
-        return [v if v.nodes > MOST_NODES_TO_TIDY else tidy(v) for v in rates]
-
-    return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
+    return done
 
 
 def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
@@ -417,8 +398,8 @@ def of_blocks(
         form = energy(own, P, ours, theirs, coordinates)
         if form is None:
             return None
-        parts.append(form.hamiltonian)
-        for place, velocity in zip(block, form.velocities(), strict=True):
+        parts.append(form[0])
+        for place, velocity in zip(block, form[1], strict=True):
             velocities[place] = velocity
     # Squares with the same factor are in one bracket.
     return velocities, [*parts, *(factor * total(terms) for factor, terms in alone.items())]
