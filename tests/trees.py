@@ -11,7 +11,7 @@ import mpmath
 from hypothesis import strategies as st
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.language import tree, words
 from rigidcli.language.parser import read

@@ -23,7 +23,7 @@ from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol, total
 from rigidcli.algebra.fractions import factors, lowest_terms
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import reading

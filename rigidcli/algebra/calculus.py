@@ -9,7 +9,7 @@ from rigidcli.algebra.bounds import Allowance, Rational, bounded
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language.parser import read
 from rigidcli.language.tree import UnknownFunction

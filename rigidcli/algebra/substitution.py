@@ -1,13 +1,42 @@
-"""Exact expressions with symbols, atoms or their powers replaced."""
+"""Values put into expressions: trees worked out, and symbols, atoms or their powers replaced."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from fractions import Fraction
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
-from rigidcli.algebra.bounds import Rational
-from rigidcli.algebra.expressions import ZERO, Expr, atomic, gathered, power, product, total
+from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Symbol
+from rigidcli.algebra.bounds import MAX_BITS, Rational
+from rigidcli.algebra.expressions import ZERO, Expr, atomic, gathered, number, power, product, symbol, total
 from rigidcli.algebra.functions import apply
+from rigidcli.errors import ExpressionError
+from rigidcli.language.tree import Kind, Node, fold
+
+
+def from_tree(node: Node, values: Mapping[str, Expr] | None = None) -> Expr:
+    """The expression of a tree; names without a value become symbols, decimals the fractions they spell."""
+    known = values or {}
+    e: Expr = fold(node, lambda name: known[name] if name in known else symbol(name), _EXPRESSIONS)
+    return e
+
+
+def _number(text: str, value: float) -> Expr:
+    if text == "pi":
+        return atomic(Pi())
+    exponent = text.lower().partition("e")[2]
+    if abs(int(exponent or 0)) > MAX_BITS:
+        raise ExpressionError("the value is too large")
+    return number(Fraction(text))
+
+
+_EXPRESSIONS = Kind(
+    number=_number,
+    negative=lambda e: -e,
+    sum=lambda terms: total([-e if is_subtracted else e for is_subtracted, e in terms]),
+    product=lambda factors: product([power(e, -1) if divides else e for divides, e in factors]),
+    power=lambda base, exponent: base**exponent,
+    call=lambda function, arguments: apply(function, *arguments),
+)
 
 
 def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:

@@ -66,7 +66,7 @@ def _scale(formula: BoundExpression) -> set[str]:
     from rigidcli.algebra.bounds import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
-    from rigidcli.algebra.reading import from_tree
+    from rigidcli.algebra.substitution import from_tree
 
     distances = {name: symbol(name, name in ("r", "s")) for name in VARIABLES}
     constants = {name: expr(value) for name, value in formula.constants.items()}

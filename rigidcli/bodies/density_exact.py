@@ -17,8 +17,7 @@ from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.bodies.charts import Arc, Chart, Spot
 from rigidcli.bodies.density import FIRST, SECOND, centred, places
 from rigidcli.core.arithmetic import Arithmetic, Scalar

@@ -17,7 +17,7 @@ from fractions import Fraction
 from itertools import chain, islice
 from typing import Any, TypeVar
 
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields import units

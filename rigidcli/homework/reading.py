@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import number, symbol, total
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.parameters import read_name
 from rigidcli.document.phase_space import acceleration, momentum, velocity

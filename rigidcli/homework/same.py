@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language import tree

@@ -23,8 +23,7 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import PI, Expr, number, symbol
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language.parser import read
@@ -249,7 +248,7 @@ def test_substitution_is_done_all_at_once() -> None:
 def test_texts_do_not_depend_on_hashes() -> None:
     program = (
         "from rigidcli.language.parser import read\n"
-        "from rigidcli.algebra.reading import from_tree\n"
+        "from rigidcli.algebra.substitution import from_tree\n"
         "from rigidcli.algebra.trees import to_tree\n"
         "from rigidcli.algebra.calculus import derivative\n"
         "from rigidcli.algebra.expansion import expand\n"

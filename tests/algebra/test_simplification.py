@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from rigidcli.algebra.expressions import Expr, with_squares
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import over_shared_sums, tidy
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import Node

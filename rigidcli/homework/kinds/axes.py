@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import parse_unit

@@ -20,7 +20,7 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
 from rigidcli.algebra.matrices import Matrix, determinant, null_vectors
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ValueProblem
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable

@@ -22,9 +22,8 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, number, product, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.core.solution import columns

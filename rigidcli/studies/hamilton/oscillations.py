@@ -15,9 +15,8 @@ from rigidcli.algebra.arithmetic import EXACT, inequality
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, atomic, number, symbol
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
-from rigidcli.algebra.substitution import substitute, without
+from rigidcli.algebra.substitution import from_tree, substitute, without
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import FLOAT, Floats

@@ -11,8 +11,8 @@ import numpy as np
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import Style, is_even, to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document

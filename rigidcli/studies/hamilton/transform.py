@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from rigidcli.algebra.arithmetic import sign
 from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Transform
