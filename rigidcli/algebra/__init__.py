@@ -1,1 +1,1 @@
-"""Exact expressions: arithmetic, functions, calculus, simplification."""
+"""Exact expressions and matrices of them. What has no real value, or is too large, raises ExpressionError."""

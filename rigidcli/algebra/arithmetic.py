@@ -161,20 +161,14 @@ def inequality(e: Expr) -> str:
 
 
 def polynomial_factors(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int]]:
-    """The irreducible factors that hold a name, as coefficients by their powers, with their exponents.
-
-    Raises ExpressionError where the polynomial is too large.
-    """
+    """The irreducible factors that hold a name, as coefficients by their powers, with their exponents."""
     parts = [(f, times) for f, times in factors(e) if unknown in f.names and times > 0]
     polynomials = [(coefficients(factor, [unknown]), times) for factor, times in parts]
     return [({k: c for (k,), c in p.items()}, times) for p, times in polynomials if p is not None]
 
 
 def sqrt(x: Any) -> Expr:
-    """The square root, of squares of known sign without a root.
-
-    Raises ExpressionError for a number that is negative.
-    """
+    """The square root, of squares of known sign without a root."""
     return root_of_either_sign(x, abs)
 
 

@@ -39,11 +39,7 @@ class Allowance:
 
 
 def bounded(value: Rational) -> Rational:
-    """The number, checked for its size, and as an integer where it is whole, which is several times faster.
-
-    Raises:
-        ExpressionError: it is too large.
-    """
+    """The number, checked for its size, and as an integer (several times faster) where it is whole."""
     above, below = value.numerator, value.denominator
     if above.bit_length() > MAX_BITS or below.bit_length() > MAX_BITS:
         raise ExpressionError(f"a number has more than {MAX_BITS:,} bits")

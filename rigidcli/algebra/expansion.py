@@ -16,8 +16,6 @@ def expand(e: Expr, allowance: Allowance | None = None, holding: frozenset[str] 
     """Everything multiplied out that stands in a product or under a natural power, at any depth.
 
     With names, only the sums `holding` one of them are.
-
-    Raises ExpressionError where the result is too large.
     """
     steps = allowance or Allowance()
 
@@ -84,7 +82,7 @@ Polynomial: TypeAlias = dict[tuple[int, ...], Expr]  # coefficients by the expon
 def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
     """The coefficients as a polynomial in some symbols, by the exponents of these; None if it is none.
 
-    Only what holds the symbols is multiplied out. Raises ExpressionError where it has too many terms.
+    Only what holds the symbols is multiplied out.
     """
     variables, parts = frozenset(names), dict[tuple[int, ...], list[Expr]]()
     for monomial, c in expand(e, holding=variables).terms.items():

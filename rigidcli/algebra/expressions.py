@@ -228,7 +228,7 @@ def scaled(e: Expr, factor: Rational) -> Expr:
 
 
 def total(parts: Iterable[Expr]) -> Expr:
-    """The sum, its like terms gathered. Raises ExpressionError where it is too large."""
+    """The sum, its like terms gathered."""
     terms: dict[Monomial, Rational] = {}
     for part in parts:
         for monomial, coefficient in part.terms.items():
@@ -240,10 +240,7 @@ def total(parts: Iterable[Expr]) -> Expr:
 
 
 def product(factors: Iterable[Expr]) -> Expr:
-    """The product, its like factors gathered; a number is distributed over a sum that stands alone.
-
-    Raises ExpressionError where it is too large.
-    """
+    """The product, its like factors gathered; a number is distributed over a sum that stands alone."""
     coefficient: Rational = 1
     others = []
     for factor in factors:
@@ -368,7 +365,7 @@ def _absolute(e: Expr) -> Expr:
 
 
 def power(base: Expr, exponent: Rational) -> Expr:
-    """A rational power. Raises ExpressionError where it has no real value, or is too large."""
+    """A rational power."""
     if exponent == 0:
         return ONE
     if exponent == 1:

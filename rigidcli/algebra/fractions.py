@@ -147,7 +147,7 @@ class _Quotient(NamedTuple):
 
 
 def _quotient(e: Expr, allowance: Allowance | None) -> _Quotient:
-    """The fraction in lowest terms that an expression is. Raises ExpressionError where it is too large."""
+    """The fraction in lowest terms that an expression is."""
     allowance = allowance or Allowance()
     coefficient, monomial = factored(expand(e, allowance))
     above, below, outside = list[Expr](), list[Expr](), [(ONE * coefficient, 1)]
@@ -187,7 +187,7 @@ def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
 def lowest_terms(e: Expr) -> tuple[Expr, Expr]:
     """The fraction in lowest terms that an expression is: multiplied out above and below, and in factors.
 
-    No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
+    No square root is below.
     """
     quotient = _quotient(e, None)
     outside = product([factor**power for factor, power in quotient.outside])
@@ -196,10 +196,7 @@ def lowest_terms(e: Expr) -> tuple[Expr, Expr]:
 
 
 def vanishes(e: Expr) -> bool:
-    """Whether the numerator of an expression is the zero polynomial in its atoms.
-
-    Raises ExpressionError where it is too large, or the denominator vanishes.
-    """
+    """Whether the numerator of an expression is the zero polynomial in its atoms."""
     quotient = _quotient(e, None)
     return quotient.outside[0][0].is_zero or bool(quotient.above == 0)
 
@@ -209,7 +206,6 @@ def independent_rows(parts: Sequence[Expr], moving: Collection[str]) -> list[lis
 
     The c may depend on the other names. Each row has the coefficients of one product of powers of the atoms
     that hold moving names; these products are independent once squares of roots and sines are put in.
-    Raises ExpressionError where a part is too large.
     """
     numerators = list(map(expand, parts))
     while lowest := _lowest(numerators):
@@ -226,10 +222,7 @@ def independent_rows(parts: Sequence[Expr], moving: Collection[str]) -> list[lis
 
 
 def factors(e: Expr, allowance: Allowance | None = None) -> list[tuple[Expr, int]]:
-    """Factors that cannot be factored further, each with its exponent, negative below; numbers first.
-
-    Raises ExpressionError where it is too large, or the denominator vanishes.
-    """
+    """Factors that cannot be factored further, each with its exponent, negative below; numbers first."""
     return _factors(_quotient(e, allowance))
 
 

@@ -89,10 +89,7 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
 
 
 def apply(function: str, *arguments: ExactNumber) -> Expr:
-    """One of `functions.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
-
-    Raises ExpressionError where it has no finite real value.
-    """
+    """One of `words.FUNCTIONS`, or `pow`, or an unknown function of its arguments."""
     exprs = [expr(e) for e in arguments]
     if isinstance(function, UnknownFunction):
         return atomic(Applied(function, tuple(exprs)))

@@ -115,7 +115,7 @@ def determinant(matrix: Matrix) -> Expr:
 
 
 def short_determinant(matrix: Matrix) -> Expr:
-    """The determinant of a matrix of few entries. Raises ExpressionError where it has too many products."""
+    """The determinant of a matrix of few entries, which has not too many products."""
     if math.prod(sum(1 for e in row if e) or 1 for row in matrix) > MOST_PRODUCTS:
         raise ExpressionError("the determinant is too large")
     return determinant(matrix)

@@ -40,7 +40,7 @@ _EXPRESSIONS = Kind(
 
 
 def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
-    """The expression with symbols replaced, all at once. Raises ExpressionError where it has no value."""
+    """The expression with symbols replaced, all at once."""
     names = frozenset(values)
 
     def replaced(atom: Atom) -> Expr | None:
@@ -57,7 +57,7 @@ def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
 
 
 def without(e: Expr, vanishing: Collection[Atom]) -> Expr:
-    """The expression where some of its atoms vanish. Raises ExpressionError where it has no value."""
+    """The expression where some of its atoms vanish."""
 
     def whole(inner: Expr) -> Expr:
         return mapped(inner, lambda atom: ZERO if atom in vanishing else rebuilt(atom, whole))

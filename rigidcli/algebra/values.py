@@ -88,10 +88,7 @@ def _balls() -> Kind:
 
 
 def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int, is_trial: bool = False) -> Any:
-    """The value as a ball of so many bits, where names have values in `point`; on trial, functions have, too.
-
-    Raises ExpressionError where it has no finite real value, as an unknown function has none.
-    """
+    """The value as a ball of so many bits, at values of the names; on trial, functions have values, too."""
     if e.unknown and not is_trial:
         raise ExpressionError("a function without a formula has no value")
     from flint import arb, ctx, fmpq
