@@ -23,7 +23,7 @@ from rigidcli.language.text import text
 def to_tree(e: Terms) -> tree.Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
-        return _number(0)
+        return _number("0")
     terms = _in_one_sign([_term(monomial, coefficient) for monomial, coefficient in e.ordered], e)
     for place, term in enumerate(terms):
         if not isinstance(term, tree.Negative):
@@ -56,27 +56,27 @@ def plain_tree(e: Terms) -> tree.Node:
         for atom, exponent in monomial:
             sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
         terms.append(_fraction(coefficient, *sides))
-    return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
+    return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number("0")
 
 
 def _fraction(coefficient: Rational, above: list[tree.Node], below: list[tree.Node]) -> tree.Node:
-    numerator, denominator = abs(coefficient.numerator), coefficient.denominator
-    if numerator != 1 or not above:
-        above.insert(0, _number(numerator))
-    if denominator != 1:
-        below.insert(0, _number(denominator))
-    if below:
-        above.append(tree.Reciprocal(_product(below)))
-    term = _product(above)
+    term = _quotient(str(abs(coefficient.numerator)), str(coefficient.denominator), above, below)
     return tree.Negative(term) if coefficient < 0 else term
 
 
-def _number(value: int) -> tree.Number:
-    try:
-        near = float(value)
-    except OverflowError:
-        near = math.inf
-    return tree.Number(str(value), near)
+def _quotient(over: str, under: str, above: list[tree.Node], below: list[tree.Node]) -> tree.Node:
+    """A product over another one, each with a number before it that is not 1."""
+    if over != "1" or not above:
+        above.insert(0, _number(over))
+    if under != "1":
+        below.insert(0, _number(under))
+    if below:
+        above.append(tree.Reciprocal(_product(below)))
+    return _product(above)
+
+
+def _number(text: str) -> tree.Number:
+    return tree.Number(text, float(text))
 
 
 @lru_cache(4096)
@@ -155,7 +155,7 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
         if isinstance(atom, Group) and atom is turned:
             base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
         (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
-    above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
+    above[:0] = [_power(_number(str(value)), exponent) for exponent, value in surds.items()]
     size = magnitude(coefficient)
     return _fraction(-size if negative else size, above, below)
 
@@ -246,7 +246,7 @@ def _atom(atom: Atom, written: Callable[[Terms], tree.Node] = to_tree) -> tree.N
         case Symbol(name=name):
             return tree.Name(name)
         case Surd(value=value):
-            return _number(value)
+            return _number(str(value))
         case Group(inner=inner):
             return written(inner)
         case Applied(function="pow", arguments=(base, exponent)):
@@ -460,13 +460,7 @@ def _product_in_decimals(factors: list[tree.Node]) -> tree.Node:
         over, under = "1", decimal
     else:
         over, under = str(ratio.numerator), str(ratio.denominator)
-    if over != "1" or not above:
-        above.insert(0, tree.Number(over, float(over)))
-    if under != "1":
-        below.insert(0, tree.Number(under, float(under)))
-    if below:
-        above.append(tree.Reciprocal(_product(below)))
-    return _product(above)
+    return _quotient(over, under, above, below)
 
 
 def _taken(factors: list[tree.Node]) -> Fraction:
