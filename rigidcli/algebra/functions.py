@@ -115,8 +115,10 @@ def _applied(function: str, argument: Expr) -> Expr:
         return known
     if function in ("sin", "cos", "tan") and (value := _of_angle(function, argument)) is not None:
         return value
-    inner = only_atom(argument)
-    if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
+    inner, n = only_power(argument)
+    if function == "log" and inner is not None and n != 1 and (inner.positive or n % 2):
+        return n * apply("log", atomic(inner))  # log(x^n) has a value where log(x) has one
+    if n == 1 and isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
         return _COMPOSED[function, inner.function](inner.arguments[0])
     if function in ("abs", "sign"):
         return abs(argument) if function == "abs" else _signum(argument)
@@ -156,13 +158,13 @@ def _of_angle(function: str, argument: Expr) -> Expr | None:
     return value if value is None or place < 2 else -value
 
 
-def only_atom(e: Expr) -> Atom | None:
-    """The atom that an expression is; None where it is something else."""
+def only_power(e: Expr) -> tuple[Atom | None, Rational]:
+    """The atom and the exponent of the power that an expression is; None and 1 where it is something else."""
     if len(e.terms) == 1:
         ((monomial, coefficient),) = e.terms.items()
-        if coefficient == 1 and len(monomial) == 1 and monomial[0][1] == 1:
-            return monomial[0][0]
-    return None
+        if coefficient == 1 and len(monomial) == 1:
+            return monomial[0]
+    return None, 1
 
 
 def _signum(argument: Expr) -> Expr:

@@ -33,7 +33,7 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, free_of, has_degrees
 from rigidcli.algebra.expressions import PI, ZERO, Expr, expr, factored, gathered, product, symbol, total
 from rigidcli.algebra.fractions import factors
-from rigidcli.algebra.functions import apply, only_atom
+from rigidcli.algebra.functions import apply, only_power
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
@@ -75,8 +75,8 @@ class Branch(NamedTuple):
             else:
                 ((is_above, end),) = sides.items()
                 limits.append(f"{name} {'>' if is_above else '<'} {end}")
-        where = " and ".join(limits)
-        return where if self.period is None else f"{where}, and all that differ by multiples of {self.period}"
+        others = [] if self.period is None else [f"all that differ by multiples of {self.period}"]
+        return ", and ".join([*filter(None, [" and ".join(limits)]), *others])
 
     def shifted(self, shift: Sequence[Expr], momenta: Sequence[Expr]) -> Branch:
         """The inverse of K(v + `shift`) from that of K(v)."""
@@ -272,13 +272,10 @@ def _on_main_branch(e: Expr) -> Expr:
     """An expression with x for atan(tan(x)), as it is where the conditions of the inverses hold."""
 
     def change(atom: Atom) -> Expr | None:
-        inner = only_atom(atom.arguments[0]) if isinstance(atom, Applied) else None
-        if (
-            isinstance(atom, Applied)
-            and isinstance(inner, Applied)
-            and (atom.function, inner.function) in _MAIN
-        ):
-            return expr(inner.arguments[0])
+        if isinstance(atom, Applied):
+            inner, n = only_power(atom.arguments[0])
+            if n == 1 and isinstance(inner, Applied) and (atom.function, inner.function) in _MAIN:
+                return expr(inner.arguments[0])
         return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
 
     return mapped(e, change)
