@@ -6,7 +6,7 @@ This module only holds the data. `expressions.Expr` adds the arithmetic, and is 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Generic, TypeAlias, TypeVar, cast
 from weakref import WeakValueDictionary
@@ -149,7 +149,7 @@ class Atom:
     numbers, masses, other symbols, groups, momenta and velocities, functions.
     """
 
-    __slots__ = ("__weakref__", "depth", "key", "names", "nodes", "positive")
+    __slots__ = ("__weakref__", "depth", "key", "names", "nodes", "nonnegative", "positive")
 
     def __init__(self, key: str, parts: Sequence[Terms] = (), names: frozenset[str] = frozenset()) -> None:
         """An atom with its arguments, or its sum, as `parts`; names are those of the parts and `names`."""
@@ -157,7 +157,7 @@ class Atom:
         self.depth = 1 + max(part.depth for part in parts) if parts else 0
         self.names = names.union(*(part.names for part in parts))
         self.nodes = 1 + sum(part.nodes for part in parts)
-        self.positive = True  # for all values of its symbols
+        self.positive = self.nonnegative = True  # for all values of its symbols
         if self.depth > DEEPEST_NESTING:
             raise ExpressionError(f"functions and sums are nested deeper than {DEEPEST_NESTING} levels")
         if self.nodes > MOST_NODES_OF_ATOM:
@@ -200,7 +200,7 @@ class Symbol(Atom):
         mark = "+" if positive else ""
         super().__init__(f"{place}{counted.lower()} {name}{mark}", names=frozenset([name]))
         self.name = name
-        self.positive = positive
+        self.positive = self.nonnegative = positive
 
     @property
     def is_rate(self) -> bool:
@@ -228,6 +228,7 @@ class Applied(Atom, Generic[E]):
         self.function = function
         self.arguments = arguments
         self.positive = function in _ALWAYS_POSITIVE
+        self.nonnegative = self.positive or function in _NEVER_NEGATIVE
 
 
 class Group(Atom, Generic[E]):
@@ -245,7 +246,8 @@ class Group(Atom, Generic[E]):
         super().__init__(f"{place}({inner.key})", (inner,))
         self.inner = inner
         self.plain = plain
-        self.positive = inner.sign() == 1 and inner.is_strict()
+        self.nonnegative = inner.sign() == 1
+        self.positive = self.nonnegative and inner.is_strict()
 
 
 Monomial: TypeAlias = tuple[tuple[Atom, Rational], ...]  # atoms in the order of their keys, with exponents
@@ -260,14 +262,6 @@ def interned(atom: A) -> A:
     return cast(A, _ATOMS.setdefault(atom.key, atom))
 
 
-def key_of_atom(factor: tuple[Atom, Rational]) -> str:
-    """By what the factors of a monomial are sorted."""
-    return factor[0].key
-
-
-def is_nonnegative(atom: Atom) -> bool:
-    """Whether it is never below zero."""
-    if isinstance(atom, Group):
-        sign: int | None = atom.inner.sign()
-        return sign == 1
-    return atom.positive or (isinstance(atom, Applied) and atom.function in _NEVER_NEGATIVE)
+def in_order(factors: Iterable[tuple[Atom, Rational]]) -> Monomial:
+    """The monomial with these factors."""
+    return tuple(sorted(factors, key=lambda factor: factor[0].key))

@@ -28,19 +28,7 @@ from functools import lru_cache
 from numbers import Integral
 from typing import Any, TypeAlias, cast
 
-from rigidcli.algebra.atoms import (
-    Applied,
-    Atom,
-    Group,
-    Monomial,
-    Pi,
-    Surd,
-    Symbol,
-    Terms,
-    interned,
-    is_nonnegative,
-    key_of_atom,
-)
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, in_order, interned
 from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded, content, magnitude, root, surd
 from rigidcli.algebra.trees import Style, to_tree
 from rigidcli.errors import ExpressionError
@@ -276,11 +264,10 @@ def gathered(coefficient: Rational, exponents: Mapping[Atom, Rational]) -> Expr:
             kept.append((atom, exponent))
         else:
             changed.append(value)
-    kept.sort(key=key_of_atom)
     if len(kept) == 1 and kept[0][1] == 1 and isinstance(kept[0][0], Group):
         rest = scaled(kept[0][0].inner, coefficient)
     else:
-        rest = Expr({tuple(kept): coefficient})
+        rest = Expr({in_order(kept): coefficient})
     return product([rest, *changed]) if changed else rest
 
 
@@ -355,7 +342,7 @@ def _absolute(e: Expr) -> Expr:
     Bars around a denominator alone stand below: |1/w| is 1/|w|.
     """
     coefficient, monomial = factored(e)
-    kept = [(atom, n) for atom, n in monomial if n.denominator == 1 and n % 2 and not is_nonnegative(atom)]
+    kept = [(atom, n) for atom, n in monomial if n.denominator == 1 and n % 2 and not atom.nonnegative]
     outside = number(magnitude(coefficient)) * product(
         power(atomic(atom), n) for atom, n in monomial if (atom, n) not in kept
     )
@@ -422,8 +409,7 @@ def _mean(left: Monomial, right: Monomial) -> Monomial:
     exponents = dict(left)
     for atom, n in right:
         exponents[atom] = exponents.get(atom, 0) + n
-    halves = ((atom, Fraction(n) / 2) for atom, n in exponents.items() if n)
-    return tuple(sorted(((a, int(n) if n.denominator == 1 else n) for a, n in halves), key=key_of_atom))
+    return in_order((atom, Fraction(n) / 2) for atom, n in exponents.items() if n)
 
 
 @lru_cache(4096)
@@ -461,7 +447,7 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
         atom, inside = monomial[0]
         if isinstance(atom, Group) and inside.denominator == 1 and inside.numerator % 2 == 0:
             return power(_absolute(atom.inner), inside * exponent)
-        if inside.denominator != 1 or inside.numerator % 2 or is_nonnegative(atom):
+        if inside.denominator != 1 or inside.numerator % 2 or atom.nonnegative:
             return gathered(1, {atom: inside * exponent})
     if all(inside.denominator == 1 for _, inside in monomial):
         common = math.gcd(*(inside.numerator for _, inside in monomial))

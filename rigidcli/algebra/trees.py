@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, in_order
 from rigidcli.algebra.bounds import Rational, content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text
@@ -102,7 +102,7 @@ def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
             inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
             outside = dict(_multiplied(monomial, {a: -n * power for a, power in moved.items()}))
             del outside[atom]
-            yield tuple(sorted([*outside.items(), (Group(inner, plain=True), n)], key=key_of_atom))
+            yield in_order([*outside.items(), (Group(inner, plain=True), n)])
 
 
 def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) -> Rational:
@@ -130,7 +130,7 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
     exponents = dict(monomial)
     for atom, n in powers.items():
         exponents[atom] = exponents.get(atom, 0) + n
-    return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
+    return in_order((atom, n) for atom, n in exponents.items() if n)
 
 
 def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
@@ -174,8 +174,8 @@ def _under_one_root(monomial: Monomial) -> Monomial:
             kept.append((a, n))
     if len(roots) - sum(a in roots for a, _ in kept) < 2:
         return monomial
-    root = Group(Terms({tuple(sorted(inside.items(), key=key_of_atom)): 1}), plain=False)
-    return tuple(sorted([*kept, (root, Fraction(1, 2))], key=key_of_atom))
+    root = Group(Terms({in_order(inside.items()): 1}), plain=False)
+    return in_order([*kept, (root, Fraction(1, 2))])
 
 
 def _times(e: Terms, factor: Rational) -> Terms:

@@ -127,15 +127,15 @@ def _trials(e: Expr, bits: int) -> Iterator[Any]:
 
 
 LOW, HIGH = 0.3, 1.7  # random values lie between these: near 1, and positive as masses and lengths are
-TRIES = 40  # random points that are tried at least, as expressions may have no value at some
+TRIES = 40  # random points that are tried, as expressions may have no value at some
 
 
 def sample_points(
-    names: Sequence[str], fixed: Mapping[str, float], signed: Collection[str] = (), tries: int = TRIES
+    names: Sequence[str], fixed: Mapping[str, float], signed: Collection[str] = ()
 ) -> Iterator[dict[str, float]]:
     """Random values for the names that are not `fixed`, again and again: positive, but of `signed` names."""
     chance = random.Random(1)  # noqa: S311 - a probe needs no secrecy
-    for _ in range(tries):
+    for _ in range(TRIES):
         point = {name: chance.uniform(LOW, HIGH) for name in names}
         for name in signed:
             if name in point:
@@ -153,7 +153,7 @@ def sampled(
     names = sorted(set().union(*(e.names for e in expressions)) | set(fixed))
     f = code.function([plain_tree(e) for e in expressions], names, {})(math)
     rows = []
-    for point in sample_points(names, fixed, signed, max(TRIES, 3 * count)):
+    for point in sample_points(names, fixed, signed):
         try:
             row = f(*(point[name] for name in names))
         except NO_VALUE:
