@@ -106,7 +106,9 @@ def _quadratic(
     rest = substitute(lagrangian - potential, at_rest)
     shifted = [p - substitute(b, at_rest) for p, b in zip(P, momenta.definitions, strict=True)]
     coordinates = [v.removesuffix("dot") for v in velocities]
-    typed = typed_squares(lagrangian, velocities)
+    typed: Squares = []
+    with suppress(ValueError):  # it is no sum of squares
+        typed = list(_squares(lagrangian, velocities, ONE))
     found = of_blocks(momenta.mass_matrix, shifted, typed, particles, coordinates)
     if found is None:
         return []
@@ -338,26 +340,18 @@ def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
                 for factor, own in parts.items()
             )
     elif size == 2 and len(squares) > 2:
-        above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
+        above = tidy(total(a * tidy(matrices.determinant([row, momenta])) ** 2 for a, row in squares))
         pairs = combinations(squares, 2)
-        below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
+        below = tidy(total(4 * a * b * matrices.determinant([u, w]) ** 2 for (a, u), (b, w) in pairs))
         if below:
             yield shortest([above / below, tidy(above / below)])
 
 
-def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
-    return u[0] * w[1] - u[1] * w[0]
-
-
-def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
-    """The squares whose sum the terms of degree 2 are, as they are typed; none where there are others."""
-    with suppress(ValueError):
-        return list(_squares(e, velocities, ONE))
-    return []
-
-
 def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple[Expr, Sequence[Expr]]]:
-    """The squares in a sum behind a factor. Raises ValueError where there are other terms."""
+    """The squares whose sum the terms of degree 2 are, as they are typed, times a factor.
+
+    Raises ValueError where there are other terms.
+    """
     size = len(velocities)
     for monomial, number in e.terms.items():
         moving = [(atom, n) for atom, n in monomial if not atom.names.isdisjoint(velocities)]
