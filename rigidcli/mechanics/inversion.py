@@ -153,7 +153,7 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     if square is None:
         return []
     shift, _, inverse = square
-    length = symbol("length", positive=True)
+    length = symbol("length of v", positive=True)  # no name in a document has a blank
     place = {v: -s for v, s in zip(velocities, shift, strict=True)}
     place[velocities[pivot]] += length
     alone = tidy(substitute(K, place))
