@@ -66,10 +66,8 @@ def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:
 
 def tidy_array(array: Array) -> Array:
     """An array of exact numbers, each one tidied."""
-    result = np.empty(array.shape, dtype=object)
-    for index, entry in np.ndenumerate(array):
-        result[index] = tidy(expr(entry))
-    return result
+    tidied: Array = np.frompyfunc(lambda entry: tidy(expr(entry)), 1, 1)(array)
+    return tidied
 
 
 def common_factor(array: Array) -> tuple[Expr, Array]:
