@@ -129,15 +129,16 @@ def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
         [*(entry / unit for entry in row), *(ONE if i == j else ZERO for j in size)]
         for i, row in enumerate(matrix)
     ]
-    if any(entry.as_number is None for row in rows for entry in row) or len(_eliminate(rows)) < len(matrix):
+    are_numbers = all(entry.as_number is not None for row in rows for entry in row)
+    if not are_numbers or len(_eliminate(rows, len(rows))) < len(rows):
         return None
     return [[entry / unit for entry in row[len(matrix) :]] for row in rows]
 
 
-def _eliminate(rows: list[list[Expr]]) -> list[int]:
-    """Bring rows to the reduced echelon form, in as many columns; the columns that have pivots."""
+def _eliminate(rows: list[list[Expr]], columns: int) -> list[int]:
+    """Bring rows to the reduced echelon form in their first columns; those that have pivots."""
     pivots: list[int] = []
-    for column in range(len(rows)):
+    for column in range(columns):
         place = len(pivots)
         pivot = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
         if pivot is None:
@@ -153,9 +154,9 @@ def _eliminate(rows: list[list[Expr]]) -> list[int]:
 
 
 def null_vectors(matrix: Matrix) -> list[list[Expr]]:
-    """Vectors that span what the matrix (n by n) takes to zero, by elimination; entries are tidied."""
-    rows, size = [list(row) for row in matrix], len(matrix)
-    pivots = _eliminate(rows)
+    """Vectors that span what the matrix (m by n) takes to zero, by elimination; entries are tidied."""
+    rows, size = [list(row) for row in matrix], len(matrix[0])
+    pivots = _eliminate(rows, size)
     vectors = []
     for free in (column for column in range(size) if column not in pivots):
         vector = [ONE if column == free else ZERO for column in range(size)]

@@ -30,7 +30,7 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, number, symbol, total
+from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, number, symbol, total
 from rigidcli.algebra.fractions import independent_rows
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
@@ -266,15 +266,11 @@ def _coefficients(brackets: Sequence[Expr], phase: Phase) -> list[list[Expr]]:
         rows = independent_rows(brackets, {*phase.names, TIME})
     except ExpressionError:
         return []
-    size = len(brackets)
     kept: dict[tuple[Expr, ...], None] = {}
     for row in rows:
         first = next(e for e in row if e)
         kept[tuple(tidy(e / first) for e in row)] = None
-    whole = max(size, len(kept))
-    square = [[*row, *[ZERO] * (whole - size)] for row in kept]
-    square += [[ZERO] * whole] * (whole - len(kept))
-    return [vector[:size] for vector in matrices.null_vectors(square) if any(vector[:size])]
+    return matrices.null_vectors(list(kept)) if kept else []
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
