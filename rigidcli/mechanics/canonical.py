@@ -26,8 +26,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -82,8 +82,7 @@ NEAR = 1e-6  # relative tolerance of values at the sample point: another branch 
 MOST_TRIALS = 60  # the most values of unknowns that are tried on the way through the equations
 
 
-@dataclass(frozen=True, slots=True)
-class RootSigns:
+class RootSigns(NamedTuple):
     """The sign that each square root has at a sample `point`; either where it has no value there."""
 
     point: Mapping[str, float]
@@ -187,8 +186,7 @@ def solution(
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class NewHamiltonian:
+class NewHamiltonian(NamedTuple):
     """K for positive values of some names, with the `old` variables as functions of the new ones."""
 
     hamiltonian: Expr
@@ -302,8 +300,7 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
 SINGULAR = 1e-9  # a matrix with a singular value below this share of its largest entry is singular
 
 
-@dataclass(frozen=True, slots=True)
-class Generated:
+class Generated(NamedTuple):
     """The change that a generating function makes.
 
     `relations` are the other old and new variables as functions of its arguments. `old` are the old

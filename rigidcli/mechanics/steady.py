@@ -43,11 +43,9 @@ def routhian(
     """
     triples = list(zip(phase.coordinates, velocities, phase.momenta, strict=True))
     if lagrangian is not None:
-        function, sign = lagrangian, -1
-        pairs = [(v, p) for q, v, p in triples if q in cyclic]
+        function, sign, pairs = lagrangian, -1, [(v, p) for q, v, p in triples if q in cyclic]
     else:
-        function, sign = hamiltonian, 1
-        pairs = [(p, v) for q, v, p in triples if q not in cyclic]
+        function, sign, pairs = hamiltonian, 1, [(p, v) for q, v, p in triples if q not in cyclic]
     branches = legendre_transform(function, [a for a, _ in pairs], [b for _, b in pairs], values)
     return sign * branches[0].hamiltonian if len(branches) == 1 else None
 
