@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rigidcli.algebra.atoms import Applied, Group
 from rigidcli.algebra.calculus import derivative
@@ -18,8 +18,7 @@ from rigidcli.errors import ExpressionError
 TIME = "t"
 
 
-@dataclass(frozen=True, slots=True)
-class Phase:
+class Phase(NamedTuple):
     """The names of coordinates and, in the same order, of their momenta."""
 
     coordinates: tuple[str, ...]
