@@ -426,7 +426,9 @@ def _residual_of(
     from_branch = [*branch.velocities, *from_branch]
     names = lagrangian.names | branch.hamiltonian.names
     shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
-    from_velocities = code.function([plain_tree(e) for e in expected], [*shared, *velocities], {})(math)
+    # Where L has no value, as beyond a limiting speed, p may have one.
+    trees = [plain_tree(e) for e in (*expected, lagrangian)]
+    from_velocities = code.function(trees, [*shared, *velocities], {})(math)
     limits = (*branch.conditions, *branch.region)
     trees = [plain_tree(e) for e in (*from_branch, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
@@ -436,7 +438,7 @@ def _residual_of(
             point |= {name: -point[name] for name in velocities}
         v = np.array([point[name] for name in velocities])
         try:
-            known = np.array(from_velocities(*point.values()))
+            known = np.array(from_velocities(*point.values()))[:-1]
             reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
         except NO_VALUE:
             continue
