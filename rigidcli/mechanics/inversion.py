@@ -316,8 +316,10 @@ def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solutio
         a, b = polynomial[2 * first], polynomial[first]
         shift = tidy(b / (2 * a))
         square = tidy(r / a + shift**2)
+        # Where the sign of a is that of the momentum, one root of b^2 + 4 a r holds for both.
+        root = square**HALF if a.names.isdisjoint(r.names) else tidy(4 * a**2 * square) ** HALF / (2 * a)
         for side in (1, -1):
-            for u, conditions in _roots(side * square**HALF - shift, Fraction(first)):
+            for u, conditions in _roots(side * root - shift, Fraction(first)):
                 yield u, (square, *conditions), None
 
 
