@@ -8,6 +8,7 @@ from itertools import chain, groupby
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.document.document import Document
@@ -21,23 +22,19 @@ if TYPE_CHECKING:
     from rigidcli.document.system import Orbit
     from rigidcli.picture import Picture
 
+# What a report on a start holds: all samples, the whole report of the study, or samples at a few times.
 Form: TypeAlias = Literal["rows", "starts", "few"]
-"""What a report on a start holds: all samples, the whole report of the study, or samples at a few times."""
-
+# The place of a start, counted from 0, and a report on it and perhaps on the next starts, or its error.
+# None stands for a start that is to be followed alone.
 StartReport: TypeAlias = tuple[int, Report | RigidError | None]
-"""The place of a start, counted from 0, and a report on it and perhaps on the next starts, or its error.
-
-None stands for a start that is to be followed alone.
-"""
-
+# Makes a function that follows the starts at some places in arrays; None where arrays are of no use.
 InArrays: TypeAlias = Callable[[Document, Form], Callable[[range], Iterator[StartReport]] | None]
-"""Makes a function that follows the starts at some places in arrays; None where arrays are of no use."""
-
+# The most rows of a report on several starts: they take 3 MB of memory.
 MOST_ROWS = 25_000
-"""The most rows of a report on several starts: they take 3 MB of memory."""
-
+# Times of a summary: a table of them fits on a screen.
 SUMMARY_TIMES = 6
-"""Times of a summary: a table of them fits on a screen."""
+# Times at which the starts of a system are drawn.
+DRAWN_TIMES = 4
 
 
 def sampling_of(document: Document) -> Motion | Orbit:
@@ -97,12 +94,10 @@ def reports(
     parts: Iterable[StartReport] = ((place, None) for place in places)
     several = None if together is None else together(document, form)
     if several is not None:
-        blocks = (
-            range(first, min(first + size, places.stop)) for first in range(places.start, places.stop, size)
-        )
+        blocks = (places[first : first + size] for first in range(0, len(places), size))
         parts = chain.from_iterable(map(several, blocks))
     for place, one in parts:
-        result = _alone(document, run, form, place) if one is None else one
+        result = one if one is not None else _alone(document, run, form, place)
         if form == "few" and isinstance(result, Report):
             result = replace(result, tables=(_few(_samples(result)),))
         yield place, result
@@ -128,9 +123,14 @@ def of_start(report: Report, place: int) -> Report:
 def _few(samples: Table) -> Table:
     """The samples of each start at a few times, the first and the last among them."""
     count = int(np.count_nonzero(samples.columns[0].values == samples.columns[0].values[0]))
-    some = np.unique(np.linspace(0, count - 1, SUMMARY_TIMES).astype(int))
+    some = _spread(count, SUMMARY_TIMES)
     rows = np.arange(len(samples)).reshape(-1, count)[:, some].ravel()
     return replace(samples, columns=tuple(replace(one, values=one.values[rows]) for one in samples.columns))
+
+
+def _spread(count: int, most: int) -> NDArray[np.int_]:
+    """At most so many places from 0 to `count` - 1, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, most).astype(int))
 
 
 def with_start(samples: Table, places: Floats) -> Table:
@@ -140,27 +140,18 @@ def with_start(samples: Table, places: Floats) -> Table:
 
 
 def swarm(reports: Sequence[Report]) -> Picture:
-    """The starts of a system in the plane of its first coordinate and momentum, at four of the times."""
+    """The starts of a system in the plane of its first coordinate and momentum, at some of the times."""
     from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 
-    tables = [_samples(report) for report in reports]
-    heads = {column.key: column for column in tables[0].columns}
-    q, p = (next(key for key in heads if key.startswith(letter)) for letter in ("q.", "p."))
-    t, *plane = (
-        np.concatenate([one.values for table in tables for one in table.columns if one.key == key])
-        for key in ("t", q, p)
-    )
-    rulers = tuple(PictureAxis(heads[key].cells[0], (heads[key].symbols or ("",))[0]) for key in (q, p))
+    columns = {column.key: column for column in _joined(reports).columns}
+    plane = [next(columns[key] for key in columns if key.startswith(kind)) for kind in ("q.", "p.")]
+    rulers = tuple(PictureAxis(column.cells[0], (column.symbols or ("",))[0]) for column in plane)
+    t, panels = columns["t"].values, []
     times = np.unique(t)
-    panels = tuple(
-        Panel(
-            rulers,
-            (Mark("dots", np.column_stack([x[t == time] for x in plane])),),
-            f"t = {time:.4g} s",
-        )
-        for time in times[np.unique(np.linspace(0, len(times) - 1, 4).astype(int))]
-    )
-    return Picture("phase", "the starts in phase space", panels, min(2, len(panels)))
+    for time in times[_spread(len(times), DRAWN_TIMES)]:
+        dots = np.column_stack([column.values[t == time] for column in plane])
+        panels.append(Panel(rulers, (Mark("dots", dots),), f"t = {time:.4g} s"))
+    return Picture("phase", "the starts in phase space", tuple(panels), min(2, len(panels)))
 
 
 def whole(document: Document, run: Callable[[Document], Report], together: InArrays | None = None) -> Report:
@@ -172,14 +163,17 @@ def whole(document: Document, run: Callable[[Document], Report], together: InArr
             part.message = f"start {place}: {part.message}"
             raise part
         parts.append(part)
-    tables = [_samples(part) for part in parts]
-    columns = tuple(
-        replace(column, values=np.concatenate([table.columns[place].values for table in tables]))
-        for place, column in enumerate(tables[0].columns)
-    )
     fields = (field_of("euler", "starts", len(document.ensemble)),)
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
-    return replace(parts[0], fields=fields, notes=notes, tables=(replace(tables[0], columns=columns),))
+    return replace(parts[0], fields=fields, notes=notes, tables=(_joined(parts),))
+
+
+def _joined(reports: Sequence[Report]) -> Table:
+    """The samples of all reports in one table."""
+    tables = [_samples(report) for report in reports]
+    columns = zip(*(table.columns for table in tables), strict=True)
+    joined = (replace(one[0], values=np.concatenate([column.values for column in one])) for one in columns)
+    return replace(tables[0], columns=tuple(joined))
 
 
 def summaries(reports: Iterable[Report]) -> Iterator[Report]:
@@ -212,16 +206,14 @@ def _summary(parts: Iterator[Report]) -> Report:
     mean = starts.mean(axis=0)
     over = {"mean": mean, "deviation": starts.std(axis=0), "least": starts.min(axis=0)}
     over["most"] = starts.max(axis=0)
+    heads = {key: (field_of("euler", key, None).title,) for key in over}
     tables = [
         Table(
             "",
             f"{variable.cells[0]} over the starts",
             (
                 Column("t", times, ("t",), "s", ("t",)),
-                *(
-                    Column(key, values[:, k], (field_of("euler", key, None).title,), variable.unit)
-                    for key, values in over.items()
-                ),
+                *(Column(key, values[:, k], heads[key], variable.unit) for key, values in over.items()),
             ),
         )
         for k, variable in enumerate(shown)
