@@ -82,7 +82,7 @@ def test_rows_are_those_of_runs_one_by_one(program: Program, tmp_path: Path, cas
     short = ["--duration", "0.1"] if command == "euler" and "duration" not in keys[0] else []
 
     def run(form: str, *options: str) -> Outcome:
-        derivation._last.cache_clear()
+        derivation._LAST.clear()
         return program(command, "-q", "-f", form, *options, *short, file)
 
     swept, described, codes = run("csv", *options), objects(run("json", *options).out), []

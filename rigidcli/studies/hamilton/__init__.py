@@ -3,45 +3,116 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.second_run import unshared
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import acceleration
 from rigidcli.language.text import latex_name, reading
+from rigidcli.mechanics.inversion import Branch
+from rigidcli.mechanics.lagrange_equations import reactions
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no
-from rigidcli.studies.common import celled, field_of, if_known, noise, report, trusted
+from rigidcli.studies.common import celled, if_known, noise, report, require_values, trusted
 from rigidcli.studies.hamilton import linear_equations
-from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Findings, find
-from rigidcli.studies.hamilton.system import as_typed
+from rigidcli.studies.hamilton.derivation import Derivation, derive
+from rigidcli.studies.hamilton.linear_equations import Driven, driven
+from rigidcli.studies.hamilton.system import as_typed, require_formulas, row_of
 from rigidcli.studies.pictures import drawn
 
 if TYPE_CHECKING:
     from rigidcli.core.libration import Libration
-    from rigidcli.mechanics.canonical import Generated
     from rigidcli.picture import Picture
+    from rigidcli.studies.hamilton.equations_of_motion import InitialState
+    from rigidcli.studies.hamilton.observables import Observed
     from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
 
+Progress: TypeAlias = Callable[[float], None] | None  # gets the share done
 
 # The longest expression that people see, in characters: it fills a screen.
 LONGEST_SHOWN = 2_000
 
 
+@dataclass
+class Findings:
+    """What was found on the system of a document; None for what it does not ask.
+
+    The derivation is on the branch of the velocities that the orbit is on, if there is one.
+    """
+
+    document: Document
+    derivation: Derivation
+    branches: Sequence[Branch] = ()
+    initial: InitialState | None = None
+    oscillations: Oscillations | None = None
+    driven: Driven | None = None
+    orbit: OrbitSolution | None = None
+    libration: Libration | None = None
+    transform: TransformedSystem | None = None
+
+    @cached_property
+    def observed(self) -> Observed | None:
+        """The observables, brackets and events of the orbit, which are imported where there are any."""
+        has_events = self.document.orbit is not None and self.document.orbit.events
+        if self.document.observables is None and self.document.brackets is None and not has_events:
+            return None
+        from rigidcli.studies.hamilton.observables import observed
+
+        return observed(self.document, self.derivation)
+
+    @property
+    def functions(self) -> dict[str, Expr]:
+        """The observables as functions of the state, by their keys."""
+        observables = () if self.observed is None else self.observed.observables
+        return {f"observables.{one.name}": one.function for one in observables}
+
+
+def find(document: Document, progress: Progress, followed: OrbitSolution | None) -> Findings:
+    """Derive and follow what a document asks for; modules for the rest are not imported.
+
+    Its orbit may have been `followed` already.
+    """
+    derivation = derive(document)
+    found = Findings(document, derivation, derivation.branches)
+    if document.equilibrium is not None:
+        from rigidcli.studies.hamilton.oscillations import oscillations
+
+        found.oscillations = oscillations(document, document.equilibrium, derivation)
+    if document.orbit is not None:
+        from rigidcli.studies.hamilton.equations_of_motion import initial_state
+        from rigidcli.studies.hamilton.orbit import period, solve_orbit
+
+        require_values(document, "an orbit")
+        require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
+        derivation, found.initial = initial_state(document, derivation)
+        found.derivation = derivation
+        found.orbit = followed or solve_orbit(found, progress)
+        if derivation.moves_alone:
+            found.libration = period(derivation, found.initial, found.orbit.samples.coordinates)
+    if document.transform is not None:
+        from rigidcli.studies.hamilton.transform import transformed
+
+        found.transform = transformed(document, document.transform, derivation)
+    found.driven = driven(document, derivation)
+    return found
+
+
 def run(
     document: Document,
     *,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
     steps: bool = False,
     program: bool = False,
     picture: str | None = None,
@@ -60,10 +131,7 @@ def run(
         return whole(document, run, several)
     findings = find(document, progress, followed)
     tables = _branch_table(findings)
-    if findings.derivation.system.constraints:
-        from rigidcli.studies.hamilton import constraints
-
-        tables.append(constraints.table(findings.derivation, document))
+    tables += _constraint_table(findings)
     if findings.oscillations is not None:
         tables += findings.oscillations.tables()
     if findings.driven is not None:
@@ -85,9 +153,9 @@ def run(
 
         result = replace(result, scene=scene_of(findings))
     if program:
-        from rigidcli.studies.hamilton.program import DRIFTS, program_of
+        from rigidcli.studies.hamilton.equations_of_motion import DRIFTS, program_of
 
-        equations = program_of(document, result.name, findings.derivation, findings.initial, findings.orbit)
+        equations = program_of(findings, result.name)
         drifts = [f"in the program {DRIFTS}"] if findings.derivation.system.constraints else []
         result = replace(result, program=equations, notes=(*result.notes, *drifts))
     return result
@@ -103,10 +171,7 @@ def _results(findings: Findings) -> list[Field]:
         fields += findings.driven.fields()
     fields += _conservation(findings.derivation)
     fields += _second_order(findings.derivation)
-    if findings.derivation.system.constraints:
-        from rigidcli.studies.hamilton import constraints
-
-        fields += constraints.fields(findings.derivation)
+    fields += _constraint_forces(findings.derivation)
     if findings.observed is not None:
         fields += findings.observed.fields(findings.orbit)
     small = findings.oscillations
@@ -117,9 +182,9 @@ def _results(findings: Findings) -> list[Field]:
     if len(findings.branches) < 2:
         fields.append(Field("branches", []))
     if findings.transform is not None:
-        fields += _transform(findings.transform)
+        fields += findings.transform.fields()
     if findings.orbit is not None:
-        fields += _orbit_quality(findings.orbit)
+        fields += _orbit_quality(findings.orbit, findings.derivation.invariants or ())
     is_beside_cyclic = findings.derivation.moves_alone and bool(findings.derivation.cyclic)
     if findings.libration is not None or (findings.orbit and is_beside_cyclic):
         fields += _libration(findings.libration, findings.derivation)
@@ -127,41 +192,42 @@ def _results(findings: Findings) -> list[Field]:
 
 
 def _first_order(derivation: Derivation) -> list[Field]:
-    phase, system, momenta = derivation.phase, derivation.system, derivation.momenta
+    phase, momenta = derivation.phase, derivation.momenta
     velocities = derivation.velocity_names
-    definitions = None if momenta is None else momenta.definitions
-    masses = None if momenta is None else [list(row) for row in momenta.mass_matrix]
     fields = [
         Field("coordinates", list(phase.coordinates)),
         Field("velocities", list(velocities)),
         Field("momenta", list(phase.momenta)),
-        _expression("lagrangian", system.lagrangian),
+        _expression("lagrangian", derivation.system.lagrangian),
     ]
-    fields += _by_name("momentum_definitions", phase.momenta, definitions, _own)
-    fields += _by_name("velocity_solutions", velocities, derivation.velocities)
+    fields += by_name("momentum_definitions", phase.momenta, momenta.definitions or None, named)
+    fields += by_name("velocity_solutions", velocities, derivation.rates.values() or None)
     fields.append(_expression("hamiltonian", derivation.hamiltonian))
     fields.append(Field("conditions", [f"{e} > 0" for e in derivation.conditions]))
-    fields.append(Field("mass_matrix", masses))
+    fields.append(Field("mass_matrix", [list(row) for row in momenta.mass_matrix] or None))
     # Where each momentum is its own velocity times a factor, anybody sees the way back.
-    hidden = phase.coordinates if _is_diagonal(definitions or (), velocities) else ()
-    return fields + _by_name("equations", phase.names, derivation.equations, _rate, hidden)
+    factors = [e / symbol(v) for e, v in zip(momenta.definitions, velocities, strict=False)]
+    is_clear = bool(factors) and all(factor.names.isdisjoint(velocities) for factor in factors)
+    hidden = phase.coordinates if is_clear else ()
+    return fields + by_name("equations", phase.names, derivation.equations, rate_named, hidden)
 
 
 def _conservation(derivation: Derivation) -> list[Field]:
     """What is cyclic, what is conserved, and whether H and the coordinates depend on the time."""
-    cyclic, system, rate = list(derivation.cyclic), derivation.system, derivation.energy_rate
+    cyclic, system = list(derivation.cyclic), derivation.system
+    rate = tidy(derivation.power) if derivation.is_short else None
     is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
     words = ("H = T + V" if name == "H" and is_energy else name for name in derivation.conserved)
     natural = f"{yes_or_no(system.natural, 'not known')}: {system.reason}"
     # That L alone does not tell T from V, or that H is T + V, stands in other rows.
     repeats = system.natural is None or (system.natural and is_energy)
     return [
-        _row("cyclic", cyclic, words=", ".join(cyclic) or "none", diagnostic=not cyclic),
-        _row("conserved", derivation.conserved, words=", ".join(words) or "nothing found"),
-        _row("explicit_time", derivation.explicit_time),
+        row_of("cyclic", cyclic, words=", ".join(cyclic) or "none", diagnostic=not cyclic),
+        row_of("conserved", derivation.conserved, words=", ".join(words) or "nothing found"),
+        row_of("explicit_time", derivation.explicit_time),
         # Where H does not change, it is among what is conserved.
         replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero),
-        _row("natural", system.natural, words=natural, diagnostic=repeats),
+        row_of("natural", system.natural, words=natural, diagnostic=repeats),
         Field("natural_reason", system.reason),
     ]
 
@@ -169,36 +235,57 @@ def _conservation(derivation: Derivation) -> list[Field]:
 def _second_order(derivation: Derivation) -> list[Field]:
     """Lagrange's equations and accelerations; people see the shorter ones, or accelerations if constant."""
     coordinates, lagrange = derivation.phase.coordinates, derivation.lagrange
-    second = [*map(acceleration, coordinates)]
+    second = tuple(map(acceleration, coordinates))
     vanishing = None if lagrange is None else lagrange.equations
     solved = None if lagrange is None else derivation.accelerations
     moving = (*coordinates, *derivation.velocity_names, TIME)
     is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
     if vanishing and solved:
         is_solved |= sum(len(str(e)) for e in solved) <= sum(len(str(e)) for e in vanishing)
-    equations = _by_name(
-        "lagrange_equations", coordinates, vanishing, _lagrange, coordinates if is_solved else ()
-    )
-    return equations + _by_name("accelerations", second, solved, _own, () if is_solved else second)
+    hidden = coordinates if is_solved else second
+    equations = by_name("lagrange_equations", coordinates, vanishing, _lagrange, hidden)
+    return equations + by_name("accelerations", second, solved, named, hidden)
+
+
+def _constraint_forces(derivation: Derivation) -> list[Field]:
+    """The multipliers, the forces of the constraints, and how many ways are left to move."""
+    limits, phase = derivation.system.constraints, derivation.phase
+    if not limits:
+        return []
+    shown = [row_of("degrees_of_freedom", len(phase.coordinates) - len(limits))]
+    forces = derivation.with_multipliers(reactions(limits, len(phase.coordinates)))
+    if derivation.multipliers is None or forces is None:
+        return [*shown, Field("multipliers", None), Field("constraint_forces", None)]
+    for one, e in zip(limits, derivation.multipliers, strict=True):
+        shown.append(celled(f"multipliers.{one.name}", e, one.name, latex_name(one.name)))
+    for q, e in zip(phase.coordinates, forces, strict=True):
+        # A force that is a multiplier is shown already.
+        is_shown = e.is_zero or e in derivation.multipliers
+        sign = f"R_{{{latex_name(q)}}}"
+        key, title = f"constraint_forces.{q}", f"force of constraint, {q}"
+        shown.append(celled(key, e, title, sign, diagnostic=is_shown))
+    return shown
 
 
 def _energy(derivation: Derivation) -> list[Field]:
     """T + V, whether it is H, or else by how much they differ, and how well the equations are verified."""
-    excess = derivation.energy_excess
+    excess, hamiltonian = derivation.energy_excess, derivation.hamiltonian
     same = None if excess is None else excess.is_zero
-    differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    entry = _row("h_equals_energy", same, words=f"{yes_or_no(same, 'not known')}{differ}")
-    entry.title = "" if same is None else entry.title
-    entry.diagnostic = bool(same) and "H" in derivation.conserved
-    return [_expression("energy", derivation.energy), entry, if_known(_row("verified", derivation.residual))]
-
-
-_row = partial(field_of, "hamilton")
+    energy = None if excess is None else hamiltonian
+    if excess and hamiltonian is not None and derivation.rates:
+        energy = tidy(hamiltonian + substitute(excess, derivation.rates))
+    differ = f": T + V - H = {reading(to_tree(excess))}" if excess else ""
+    words, repeats = f"{yes_or_no(same, 'not known')}{differ}", bool(same) and "H" in derivation.conserved
+    return [
+        _expression("energy", energy),
+        if_known(row_of("h_equals_energy", same, words, diagnostic=repeats)),
+        if_known(row_of("verified", derivation.residual)),
+    ]
 
 
 def _expression(key: str, e: Expr | None) -> Field:
     """A result that is an expression; people do not see one that is missing, or longer than LONGEST_SHOWN."""
-    entry = if_known(_row(key, e, cells={key: ()}))
+    entry = if_known(row_of(key, e, cells={key: ()}))
     return replace(entry, title="") if e is not None and _is_long(e) else entry
 
 
@@ -206,12 +293,12 @@ def _is_long(e: Expr) -> bool:
     return len(e.key) > LONGEST_SHOWN and len(str(e)) > LONGEST_SHOWN
 
 
-def _by_name(
+def by_name(
     key: str,
-    names: Sequence[str],
-    values: Sequence[Expr] | None,
+    names: Iterable[str],
+    values: Iterable[Expr] | None,
     titled: Callable[[str], tuple[str, str]] = lambda name: ("", ""),
-    hidden: Sequence[str] = (),
+    hidden: Collection[str] = (),
 ) -> list[Field]:
     """Results that are expressions by name; `titled` gives the title and the symbol for people.
 
@@ -227,16 +314,13 @@ def _by_name(
     return fields
 
 
-def _is_diagonal(definitions: Sequence[Expr], velocities: Sequence[str]) -> bool:
-    pairs = zip(definitions, velocities, strict=False)
-    return all((e / symbol(v)).names.isdisjoint(velocities) for e, v in pairs) and len(definitions) > 0
+def named(name: str, hidden: Collection[str] = ()) -> tuple[str, str]:
+    """The title and the symbol of a result that has the name of a variable."""
+    return ("", "") if name in hidden else (name, latex_name(name))
 
 
-def _own(name: str) -> tuple[str, str]:
-    return name, latex_name(name)
-
-
-def _rate(name: str) -> tuple[str, str]:
+def rate_named(name: str) -> tuple[str, str]:
+    """The title and the symbol of the rate of a variable."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
@@ -260,88 +344,49 @@ def _routhian(findings: Findings) -> list[Field]:
 
 def _invariants(findings: Findings) -> list[Field]:
     """Show further conserved quantities by their names; others share one title, at the first of them."""
-    found = findings.invariants
+    found = findings.derivation.invariants
     fields = [Field("invariants", None if found is None else list(found))]
     if not found:
         return fields
     from rigidcli.studies.hamilton.observables import names_of
 
-    names, title = names_of(found, findings.derivation), _row("invariants", None).title
+    names, title = names_of(found, findings.derivation), row_of("invariants", None).title
     fields.append(Field("invariant_names", names))
     for name, e in zip(names, found, strict=True):
         words = f"{name}, conserved" if name else title
-        fields.append(_row("invariants", e, key="", title=words))
+        fields.append(row_of("invariants", e, key="", title=words))
         title = title if name else " "
     return fields
 
 
-def _transform(transform: TransformedSystem) -> list[Field]:
-    """Say whether a change of variables is canonical, and report H and its equations in the new ones."""
-    wrong, where = transform.wrong, ", ".join(transform.conditions)
-    words = f"yes, where {where}" if where else "yes"
-    if wrong:
-        only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
-        shown = {name: reading(to_tree(transform.brackets[name])) for name in wrong}
-        listed = ", ".join(f"{name} is {e}, not {transform.canonical[name]}" for name, e in shown.items())
-        words = f"only if {only}" if only else f"no: {listed}"
-    brackets = transform.brackets.items()
-    return [
-        _row("transform.canonical", not wrong, words=words),
-        _row("transform.conditions", list(transform.conditions)),
-        *_generated(transform.generated),
-        *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
-        if_known(_row("transform.hamiltonian", transform.hamiltonian)),
-        *_by_name("transform.equations", transform.names, transform.equations, _rate),
-    ]
-
-
-def _generated(generated: Generated | None) -> list[Field]:
-    if generated is None:
-        return []
-    relations = generated.relations
-    fields = _by_name("transform.change", tuple(relations), tuple(relations.values()), _as_named)
-    shown = [side for side in (generated.old, generated.new) if side is not None][:1]
-    for key, side in (("transform.old", generated.old), ("transform.new", generated.new)):
-        values = None if side is None else tuple(side.values())
-        repeated = [name for name, e in (side or {}).items() if relations.get(name) == e]
-        titled = partial(_as_named, hidden=repeated if side in shown else tuple(side or ()))
-        fields += _by_name(key, tuple(side or ()), values, titled)
-    return fields
-
-
-def _as_named(name: str, hidden: Sequence[str] = ()) -> tuple[str, str]:
-    return ("", "") if name in hidden else (name, latex_name(name))
-
-
-def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
-    drifts = []
+def _orbit_quality(orbit: OrbitSolution, invariants: Sequence[Expr]) -> list[Field]:
+    further, drifts = set(map(str, invariants)), list[Field]()
     for name, drift in orbit.drift.items():
-        if name not in orbit.invariants:
+        if name not in further:
             cells = {f"orbit.drift.{name}": ()}
             symbol = rf"\text{{drift of }}{latex_name(name)}"
             drifts.append(Field("", drift, f"drift of {name}", symbol, "", cells, diagnostic=True))
-    further = [orbit.drift[name] for name in orbit.invariants]
-    end = []
-    if orbit.end is not None:
-        time, reason = orbit.end
-        end = [_row("orbit.end.t", time), _row("orbit.end.reason", reason, words=reason)]
+    if further:
+        largest = max(orbit.drift[name] for name in further)
+        drifts.append(Field("", largest, "largest drift of the others", diagnostic=True))
+    time, reason = orbit.end or (None, "")
+    end = [row_of("orbit.end.t", time), row_of("orbit.end.reason", reason, words=reason)]
     return [
-        _row("orbit.method", orbit.method, words=orbit.method),
-        _row("orbit.steps", orbit.steps),
+        row_of("orbit.method", orbit.method, words=orbit.method),
+        row_of("orbit.steps", orbit.steps),
         trusted("hamilton", "orbit.trusted_digits", orbit.trusted_digits),
         Field("orbit.drift", orbit.drift),
-        *end,
+        *(end if orbit.end else ()),
         *drifts,
-        *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
 
 
 def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
     """The period, action and turning points; null where the coordinate does not move to and fro."""
     rows = [
-        _row("orbit.period", found and found.period),
-        _row("orbit.action", found and found.action),
-        _row("orbit.turning_points", found and np.array(found.turning_points)),
+        row_of("orbit.period", found and found.period),
+        row_of("orbit.action", found and found.action),
+        row_of("orbit.turning_points", found and np.array(found.turning_points)),
     ]
     if derivation.cyclic:  # the orbit itself need not close
         (name,) = {*derivation.phase.coordinates} - {*derivation.cyclic}
@@ -349,12 +394,26 @@ def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
     return list(map(if_known, rows))
 
 
+def _constraint_table(findings: Findings) -> list[Table]:
+    """The constraints, as they are typed."""
+    limits = findings.derivation.system.constraints
+    if not limits:
+        return []
+    (typed,) = as_typed([Field("", [one.expression for one in limits])], findings.document)
+    kinds = [one.holonomic for one in limits]
+    columns = (
+        Column("name", [one.name for one in limits], ("multiplier",)),
+        Column("expression", typed.value, ("what vanishes",)),
+        Column("holonomic", kinds, ("holonomic",), words=tuple(map(yes_or_no, kinds))),
+    )
+    return [Table("constraints", "constraints", columns, records=True)]
+
+
 def _branch_table(findings: Findings) -> list[Table]:
     branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
         return []
-    values = {name: [branch.velocities[place] for branch in branches] for place, name in enumerate(names)}
-    columns = [Column(name, column, (name,)) for name, column in values.items()]
+    columns = [Column(name, [one.velocities[k] for one in branches], (name,)) for k, name in enumerate(names)]
     columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
     columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
@@ -362,19 +421,20 @@ def _branch_table(findings: Findings) -> list[Table]:
 
 def orbit_table(findings: Findings) -> list[Table]:
     """Make a table of the samples of the orbit."""
-    orbit, phase = findings.orbit, findings.derivation.phase
+    orbit = findings.orbit
     if orbit is None:
         return []
-    error, size = noise(orbit.trusted_digits), np.abs(orbit.energy).max()
-    constant = "H" in findings.derivation.conserved
-    keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
-    variables = zip(keys, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
+    samples, error = orbit.samples, noise(orbit.trusted_digits)
+    keys = findings.derivation.sample_keys
+    variables = zip(keys, (*samples.coordinates.T, *samples.momenta.T), strict=True)
+    # What changes in a constant is rounding.
+    size = np.abs(samples.energy).max() if "H" in findings.derivation.conserved else 0.0
+    rounding = np.ptp(samples.energy) / size if size else NOISE
     columns = (
-        Column(TIME, orbit.times, (TIME,), "s", (TIME,)),
+        Column(TIME, samples.times, (TIME,), "s", (TIME,)),
         *(_sampled(orbit, key, x, error) for key, x in variables),
-        # What changes in a constant is rounding.
-        Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
-        *(_sampled(orbit, key, x, error) for key, x in orbit.further.items()),
+        Column("H", samples.energy, ("H",), noise=rounding),
+        *(_sampled(orbit, key, x, error) for key, x in samples.further.items()),
     )
     return [Table("orbit", "the orbit", columns, data=True)]
 
@@ -410,25 +470,13 @@ def notes_on(findings: Findings) -> list[str]:
     orbit = findings.orbit
     if orbit is not None:
         notes += ["the orbit is followed in floating-point numbers"] * findings.document.exact_results
-        notes += [*([] if orbit.note is None else [orbit.note]), *orbit.remarks]
+        notes += orbit.remarks
     if findings.libration is not None and findings.libration.error > 1e-9:
         digits = int(-math.log10(findings.libration.error))
         notes.append(f"near the separatrix the period and the action have {digits} digits")
     if orbit is not None and orbit.lost is not None:
         may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
         notes.append(unshared("orbit", orbit.lost, may_be_chaotic))
-    transform = findings.transform
-    generated = None if transform is None else transform.generated
-    if generated is not None and generated.old is None and generated.new is None:
-        notes.append(
-            "the relations of the generating function are not solved for the old variables or the new ones: "
-            "the change stays implicit, and so does K = H + dF/dt"
-        )
-    elif transform is not None and not transform.wrong and transform.hamiltonian is None:
-        notes.append(
-            "H in the new variables is not found: H has not one form, or the old variables do not follow "
-            "from the new ones by equations that are solved one by one"
-        )
-    if transform is not None and transform.conditions:
-        notes.append(f"H in the new variables is written for {' and '.join(transform.conditions)}")
+    if findings.transform is not None:
+        notes += findings.transform.notes()
     return notes

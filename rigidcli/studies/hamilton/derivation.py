@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -33,7 +33,6 @@ from rigidcli.mechanics.lagrange_equations import (
     multipliers,
     primary_constraints,
     rank,
-    reactions,
 )
 from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.particles import squares
@@ -46,26 +45,35 @@ MOST_RESIDUAL = 1e-6
 CHECKED_POINTS = 3
 # The most nodes of H and of the velocities together that are worked with: about ten pages of text.
 MOST_NODES_OF_H = 3_000
+NO_MOMENTA = Momenta((), ())
+# The last system that was derived, and the values of its parameters, by all of its document but these.
+_LAST = dict[str, "tuple[Derivation, Mapping[str, Expr]]"]()
 
 
 @dataclass(frozen=True, eq=False)
 class Derivation:
     """A system, and all that follows from its Lagrangian or Hamiltonian.
 
-    `momenta` is None where only H is given. `branches` are the solutions of p = dL/dv for the velocities that
-    passed the check at random points. H has the form shown where all `conditions` are positive. `residual` is
-    the largest relative difference between Hamilton's equations and those of Euler and Lagrange at these
-    points; None where there is nothing to compare.
+    `momenta` are empty where only H is given. `branches` are the solutions of p = dL/dv for the velocities
+    that passed the check at random points. H has the form shown where all `conditions` are positive.
+    `residual` is the largest relative difference between Hamilton's equations and those of Euler and Lagrange
+    at these points; None where there is nothing to compare.
     """
 
     phase: Phase
     velocity_names: tuple[str, ...]
     system: SystemFunctions
-    momenta: Momenta | None = None
+    momenta: Momenta = NO_MOMENTA
     branches: tuple[Branch, ...] = ()
     residual: float | None = None
     notes: tuple[str, ...] = ()
     conditions: tuple[Expr, ...] = ()
+
+    @property
+    def sample_keys(self) -> list[str]:
+        """The keys of coordinates and momenta in a table of samples."""
+        phase = self.phase
+        return [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
 
     @property
     def branch(self) -> Branch | None:
@@ -75,7 +83,30 @@ class Derivation:
     @cached_property
     def are_linear(self) -> bool:
         """Whether the momenta are linear functions of the velocities."""
-        return self.momenta is not None and self.momenta.are_linear(self.velocity_names)
+        return self.momenta.are_linear(self.velocity_names)
+
+    @property
+    def definitions(self) -> dict[str, Expr]:
+        """The momenta as functions of the velocities, by their names; none where only H is given."""
+        return dict(zip(self.phase.momenta, self.momenta.definitions, strict=False))
+
+    @property
+    def rates(self) -> dict[str, Expr]:
+        """The velocities as functions of the momenta, by their names; none where there is no formula."""
+        return dict(zip(self.velocity_names, self.equations or (), strict=False))
+
+    @property
+    def velocity_of(self) -> dict[str, str]:
+        """The names of the velocities, by the coordinates."""
+        return dict(zip(self.phase.coordinates, self.velocity_names, strict=True))
+
+    @property
+    def energy_of_velocities(self) -> Expr | None:
+        """The sum of p v, less L: H as a function of the velocities."""
+        if self.system.lagrangian is None:
+            return None
+        pairs = zip(self.definitions.values(), self.velocity_names, strict=True)
+        return total([*(p * symbol(v) for p, v in pairs), -self.system.lagrangian])
 
     @property
     def hamiltonian(self) -> Expr | None:
@@ -94,9 +125,9 @@ class Derivation:
             return None
         solved = None if self.branch is None else self.branch.velocities
         free = equations(self.hamiltonian, self.phase, solved)
-        velocities = free[: len(self.phase.coordinates)]
-        rates = zip(free[len(velocities) :], self.forces_of(velocities), strict=True)
-        return (*velocities, *(rate + force for rate, force in rates))
+        size = len(self.phase.coordinates)
+        forces = self.forces_of(dict(zip(self.velocity_names, free, strict=False)))
+        return (*free[:size], *(rate + force for rate, force in zip(free[size:], forces, strict=True)))
 
     @cached_property
     def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
@@ -106,22 +137,16 @@ class Derivation:
                 return linear(self.equations, self.phase.names)
         return None
 
-    def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
+    def forces_of(self, rates: Mapping[str, Expr]) -> list[Expr]:
         """The forces beside L or H where the velocities are these, such as functions of the momenta."""
-        known = dict(zip(self.velocity_names, velocities, strict=True))
-        return [tidy(substitute(force, known)) for force in self.system.forces]
-
-    @property
-    def velocities(self) -> tuple[Expr, ...] | None:
-        """The velocities as functions of the momenta."""
-        return None if self.equations is None else self.equations[: len(self.phase.coordinates)]
+        return [tidy(substitute(force, rates)) for force in self.system.forces]
 
     @cached_property
     def lagrange(self) -> LagrangeEquations | None:
         """Lagrange's equations; None where only H is given, or the name of an acceleration is taken."""
         lagrangian, names = self.system.lagrangian, tuple(map(acceleration, self.phase.coordinates))
         taken = {*self.phase.names, *self.velocity_names}
-        if lagrangian is None or self.momenta is None or not (taken | lagrangian.names).isdisjoint(names):
+        if lagrangian is None or not (taken | lagrangian.names).isdisjoint(names):
             return None
         forces = self.system.forces
         return lagrange_equations(lagrangian, self.momenta, self.phase, self.velocity_names, names, forces)
@@ -144,32 +169,21 @@ class Derivation:
 
     @cached_property
     def _fixed(self) -> dict[str, Expr]:
-        names = zip(self.phase.coordinates, self.velocity_names, strict=True)
-        return fixed(self.system.constraints, dict(names))
+        return fixed(self.system.constraints, self.velocity_of)
 
     @property
     def accelerations(self) -> tuple[Expr, ...] | None:
         """Accelerations in coordinates, velocities and t; None where they are too long to read."""
         free, limits = None if self.lagrange is None else self.lagrange.accelerations, self.system.constraints
-        if free is None or not limits:
-            return free
+        return free if free is None or not limits else self.with_multipliers(free)
+
+    def with_multipliers(self, expressions: Iterable[Expr]) -> tuple[Expr, ...] | None:
+        """Expressions with the multipliers put in, and with the variables that constraints fix; or None."""
         if self.multipliers is None:
             return None
-        return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
-
-    @cached_property
-    def constraint_forces(self) -> tuple[Expr, ...] | None:
-        """The generalized forces of the constraints, with the multipliers put in."""
-        if self.multipliers is None:
-            return None
-        free = reactions(self.system.constraints, len(self.phase.coordinates))
-        return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
-
-    @property
-    def _of_constraints(self) -> dict[str, Expr]:
-        """The values of the multipliers, and of the coordinates and velocities that constraints fix."""
         names = (one.name for one in self.system.constraints)
-        return self._fixed | dict(zip(names, self.multipliers or (), strict=False))
+        known = self._fixed | dict(zip(names, self.multipliers, strict=True))
+        return tuple(tidy(substitute(e, known)) for e in expressions)
 
     @property
     def generator(self) -> Expr:
@@ -213,21 +227,25 @@ class Derivation:
         A function of coordinates and momenta where there is an H; else of velocities, too. Constraints are
         A v + b = 0, so that the power of their forces, (A^T lambda) v, is -lambda b.
         """
-        velocities = self.velocities or [symbol(name) for name in self.velocity_names]
-        limits = self.system.constraints
-        pairs = zip(self.forces_of(velocities), velocities, strict=True)
-        work = total(force * velocity for force, velocity in pairs)
-        if limits:
+        rates = self.rates or {name: symbol(name) for name in self.velocity_names}
+        work = total(force * v for force, v in zip(self.forces_of(rates), rates.values(), strict=True))
+        if limits := self.system.constraints:
             work = substitute(work, dict.fromkeys((one.name for one in limits), ZERO))
             work -= total(one.multiplier * one.rest for one in limits)
-        if self.velocities is None and self.momenta is not None:
-            work = substitute(work, dict(zip(self.phase.momenta, self.momenta.definitions, strict=True)))
+        if not self.rates:
+            work = substitute(work, self.definitions)
         return derivative(self.generator, TIME) + work
 
-    @property
-    def energy_rate(self) -> Expr | None:
-        """dH/dt where there is an H."""
-        return tidy(self.power) if self.is_short else None
+    @cached_property
+    def invariants(self) -> tuple[Expr, ...] | None:
+        """What is conserved besides H and momenta of cyclic coordinates; None if nothing is looked for."""
+        if self.is_forced or self.hamiltonian is None or not self.is_short:
+            return None
+        if len(self.phase.coordinates) == 1 or self.jumps:
+            return ()
+        from rigidcli.mechanics.invariants import conserved_quantities
+
+        return conserved_quantities(self.hamiltonian, self.phase, [symbol(f"p_{q}") for q in self.cyclic])
 
     @property
     def conserved(self) -> list[str]:
@@ -247,34 +265,13 @@ class Derivation:
     @cached_property
     def energy_excess(self) -> Expr | None:
         """T + V - H as a function of coordinates and velocities; None without T and V."""
-        system = self.system
-        known = system.kinetic, system.potential, system.lagrangian
-        if self.momenta is None or any(e is None for e in known):
+        kinetic, potential, energy = self.system.kinetic, self.system.potential, self.energy_of_velocities
+        if kinetic is None or potential is None or energy is None:
             return None
-        pairs = zip(self.momenta.definitions, self.velocity_names, strict=True)
-        excess = total([*(e for e in known if e is not None), *(-p * symbol(v) for p, v in pairs)])
-        at_rest = excess
+        at_rest = excess = kinetic + potential - energy
         with suppress(ExpressionError):
             at_rest = substitute(excess, dict.fromkeys(self.velocity_names, ZERO))
         return tidy(at_rest if is_zero(excess - at_rest) else excess)
-
-    @cached_property
-    def energy(self) -> Expr | None:
-        """T + V as a function of coordinates and momenta."""
-        excess, hamiltonian = self.energy_excess, self.hamiltonian
-        if excess is None or hamiltonian is None or self.velocities is None or excess.is_zero:
-            return None if excess is None else hamiltonian
-        solved = dict(zip(self.velocity_names, self.velocities, strict=True))
-        return tidy(hamiltonian + substitute(excess, solved))
-
-
-@dataclass(frozen=True, slots=True)
-class _Task:
-    """A document to derive, known by its `key`: all of it but the values of its parameters."""
-
-    key: str
-    document: Document = field(compare=False)
-    values: Mapping[str, Expr] = field(compare=False)
 
 
 def derive(document: Document) -> Derivation:
@@ -288,21 +285,18 @@ def derive(document: Document) -> Derivation:
         # Roots of positive parameters are shorter, so that signs count.
         negative = [name for name, e in values.items() if float(e) <= 0]
         key = repr((document.system, derived, *values, negative))
-        derivation, known = _last(_Task(key, document, values))
-        if derivation.momenta is None or known == values:
+        if key not in _LAST:
+            _LAST.clear()
+            _LAST[key] = _worked(document, values), values
+        derivation, known = _LAST[key]
+        if not derivation.definitions or known == values:
             return derivation
         if not derivation.branches or any(branch.region for branch in derivation.branches):
             return _worked(document, values)
-        _require_regular(derivation.momenta, derivation.phase, derivation.velocity_names, values)
+        _require_regular(derivation, values)
         return derivation
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
-
-
-@lru_cache(maxsize=1)
-def _last(task: _Task) -> tuple[Derivation, Mapping[str, Expr]]:
-    """A derivation, and the values of parameters for which it was made."""
-    return _worked(task.document, task.values), task.values
 
 
 def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
@@ -314,8 +308,9 @@ def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
     if functions.lagrangian is None:
         return derivation
     momenta = canonical_momenta(functions.lagrangian, system.velocities)
-    _require_regular(momenta, derivation.phase, system.velocities, values)
-    return _inverted(replace(derivation, momenta=momenta), values)
+    derivation = replace(derivation, momenta=momenta)
+    _require_regular(derivation, values)
+    return _inverted(derivation, values)
 
 
 def _with_lagrangian(functions: SystemFunctions, system: System) -> SystemFunctions:
@@ -342,47 +337,45 @@ def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivat
 
 def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     """Add the solutions of p = dL/dv for the velocities that pass the check at random points."""
-    phase, velocities = derivation.phase, derivation.velocity_names
-    lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
-    assert lagrangian is not None
-    assert momenta is not None
+    phase, velocities, system = derivation.phase, derivation.velocity_names, derivation.system
+    assert system.lagrangian is not None
     branches, residuals = list[Branch](), list[float]()
-    moving, sums = squares(derivation.system.particles, phase.coordinates), derivation.system.sums
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, moving, sums):
+    moving = squares(system.particles, phase.coordinates)
+    for branch in legendre_transform(
+        system.lagrangian, velocities, phase.momenta, values, derivation.momenta, moving, system.sums
+    ):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
-        residual = _residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
+        residual = _residual_of(derivation, branch, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             branches.append(branch)
             residuals += [] if residual is None else [residual]
     conditions = [e for e in (branches[0].region if branches else ()) if not e.names <= values.keys()]
     notes = [f"H is written for {inequality(e)}" for e in conditions]
-    if not branches and momenta.are_linear(velocities):
+    if not branches and derivation.are_linear:
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
     elif not _is_short(branches[0]):
         notes.append("Hamilton's equations are too long to be worked out in symbols")
-    worst = max(residuals, default=None)
     return replace(
         derivation,
         branches=tuple(branches),
-        residual=worst,
+        residual=max(residuals, default=None),
         notes=tuple(notes),
         conditions=tuple(conditions),
     )
 
 
-def _require_regular(
-    momenta: Momenta, phase: Phase, velocities: tuple[str, ...], values: Mapping[str, Expr]
-) -> None:
+def _require_regular(derivation: Derivation, values: Mapping[str, Expr]) -> None:
     """Raise ComputationError if the mass matrix is singular, for all values of the parameters or these."""
-    matrix, size = momenta.mass_matrix, len(velocities)
+    definitions, matrix = derivation.momenta
     names = {name for row in matrix for entry in row for name in entry.names}
-    fixed = {name: value for name, value in values.items() if name in names}
+    fixed, size = {name: value for name, value in values.items() if name in names}, len(matrix)
     mass_rank = rank(matrix, {})
     if mass_rank is not None and mass_rank < size:
-        limits = primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
+        phase, velocities = derivation.phase, derivation.velocity_names
+        limits = primary_constraints(matrix, definitions, velocities, phase.momenta)
         shown = "; ".join(f"{limit} = 0" for limit in limits)
         raise ComputationError(
             f"the Lagrangian is degenerate: its mass matrix has rank {mass_rank} of {size}"
@@ -403,54 +396,44 @@ def _is_short(branch: Branch) -> bool:
     return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES_OF_H
 
 
-def _residual_of(
-    lagrangian: Expr,
-    momenta: Momenta,
-    branch: Branch,
-    phase: Phase,
-    velocities: tuple[str, ...],
-    fixed: Mapping[str, float],
-) -> float | None:
+def _residual_of(derivation: Derivation, branch: Branch, fixed: Mapping[str, float]) -> float | None:
     """The largest relative error of a branch at random points; None if no point has values.
 
     Letters without a `fixed` value are random. The branch must give back v from p = dL/dv, and -dH/dq must be
     dL/dq; or H must be p v - L, where H is long. Points that lie on another branch are left out.
     """
+    phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
+    energy, v = derivation.energy_of_velocities, [symbol(name) for name in velocities]
+    assert lagrangian is not None
+    assert energy is not None
     if _is_short(branch):
         expected = [derivative(lagrangian, q) for q in phase.coordinates]
         from_branch = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
     else:
-        pairs = zip(momenta.definitions, velocities, strict=True)
-        expected, from_branch = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
-    expected = [*momenta.definitions, *expected]
-    from_branch = [*branch.velocities, *from_branch]
+        expected, from_branch = [energy], [branch.hamiltonian]
+    both = [*v, *expected], [*branch.velocities, *from_branch]
+    # Where L has no value, as beyond a limiting speed, p may have one: L is worked out, too.
+    trees = [plain_tree(e) for e in (*both[0], *both[1], *branch.conditions, *branch.region, lagrangian)]
     names = lagrangian.names | branch.hamiltonian.names
-    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
-    # Where L has no value, as beyond a limiting speed, p may have one.
-    trees = [plain_tree(e) for e in (*expected, lagrangian)]
-    from_velocities = code.function(trees, [*shared, *velocities], {})(math)
-    limits = (*branch.conditions, *branch.region)
-    trees = [plain_tree(e) for e in (*from_branch, *limits)]
-    from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
-    size, worst, seen = len(velocities), 0.0, 0
-    for place, point in enumerate(sample_points([*shared, *velocities], fixed)):
+    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates, *velocities]
+    momenta = [(name, plain_tree(p)) for name, p in derivation.definitions.items()]
+    function, residuals = code.function(trees, shared, {}, momenta)(math), list[float]()
+    for place, point in enumerate(sample_points(shared, fixed)):
         if place % 2:
             point |= {name: -point[name] for name in velocities}
-        v = np.array([point[name] for name in velocities])
         try:
-            known = np.array(from_velocities(*point.values()))[:-1]
-            reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
+            values = np.array(function(*point.values()))[:-1]
         except NO_VALUE:
             continue
-        values, signs = np.split(reached, [len(from_branch)])
-        if not np.isfinite([*known, *reached]).all() or (signs <= 0).any():
+        known, reached, signs = np.split(values, [len(both[0]), 2 * len(both[0])])
+        if not np.isfinite(values).all() or (signs <= 0).any():
             continue
-        miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
+        miss = max(_miss(known[part], reached[part]) for part in (slice(len(v)), slice(len(v), None)))
         if not branch.conditions or miss <= MOST_RESIDUAL:
-            worst, seen = max(worst, miss), seen + 1
-        if seen == CHECKED_POINTS:
+            residuals.append(miss)
+        if len(residuals) == CHECKED_POINTS:
             break
-    return worst if seen else None
+    return max(residuals, default=None)
 
 
 def _miss(a: Floats, b: Floats) -> float:

@@ -11,7 +11,8 @@ Source: J. R. Taylor, Classical Mechanics, sections 5.5 and 5.6.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -34,11 +35,11 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.mechanics.small_oscillations import LinearMotion, Root, spectrum
+from rigidcli.mechanics.small_oscillations import LinearMotion, Root, Values, spectrum
 from rigidcli.report import Column, Field, Step, Table
-from rigidcli.studies.common import celled, field_of
+from rigidcli.studies.common import celled
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.system import known_values
+from rigidcli.studies.hamilton.system import known_values, row_of
 
 # The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3
@@ -65,8 +66,8 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     title, is_small = f"A of z' = A z{shift}, z = ({', '.join(names)})", len(names) <= MOST_COLUMNS
     a, b = np.array(matrix, dtype=object), np.array(offset, dtype=object)
     shown = [
-        field_of("hamilton", "matrix", a, title=title if is_small else ""),
-        field_of("hamilton", "offset", b, title="b" if shift and is_small else ""),
+        row_of("matrix", a, title=title if is_small else ""),
+        row_of("offset", b, title="b" if shift and is_small else ""),
     ]
     roots = _roots(matrix, document, derivation)
     if roots is None:
@@ -74,40 +75,34 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     pairs = [pair for root in roots for pair in eigenvalues(root)]
     if isinstance(pairs[0][0], float):
         pairs.sort()
-    shown.append(Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]))
-    shown.append(_frequencies(roots))
-    stability = _stability(roots, matrix, offset)
-    # It is a question about an equilibrium.
-    stability.diagnostic |= document.equilibrium is None
-    shown.append(stability)
-    return shown
+    stability = stability_of(roots)
+    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
+    if stability == "stable" and is_shifted and not _has_rest(matrix, offset):
+        stability = "marginal"
+    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    # Stability is a question about an equilibrium, and none about free fall, where nothing swings or grows.
+    is_hidden = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
+    return [
+        *shown,
+        Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
+        _frequencies(roots),
+        row_of("stability", stability, STABILITY[stability] + driven, diagnostic=is_hidden),
+    ]
 
 
 def _frequencies(roots: Sequence[Root]) -> Field:
     """The angular frequencies of what swings without growing, each once."""
     angular = list(dict.fromkeys(root.angular for root in roots if root.angular and not root.growth))
     numeric = all(isinstance(rate, float) for rate in angular)
-    entry = field_of("hamilton", "frequencies", np.array(angular, dtype=float if numeric else object))
+    entry = row_of("frequencies", np.array(angular, dtype=float if numeric else object))
     entry.cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
     entry.unit = "rad/s" if numeric else ""
     return entry if angular else replace(entry, title="")
 
 
-def _stability(roots: Sequence[Root], matrix: Matrix, offset: Sequence[Expr]) -> Field:
-    """Whether motion stays bounded; people see it where anything swings or grows, unlike free fall."""
-    stability = stability_of(roots)
-    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
-    if stability == "stable" and is_shifted and _drifts(matrix, offset):
-        stability = "marginal"
-    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
-    is_still = not any(root.angular or root.growth for root in roots)
-    words = STABILITY[stability] + driven
-    return field_of("hamilton", "stability", stability, words=words, diagnostic=is_still)
-
-
 def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[Root] | None:
     """The roots; None where the matrix changes with the time, or the signs of symbols decide."""
-    if any(TIME in e.names or e.unknown for row in matrix for e in row):
+    if _changes(matrix):
         return None
     known = known_values(document)
     try:
@@ -118,6 +113,11 @@ def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[R
     except ExpressionError:
         return None
     return None if roots is None or any(root.condition is not None for root in roots) else roots
+
+
+def _changes(matrix: Matrix) -> bool:
+    """Whether a matrix changes with the time, or may do so by an unknown function."""
+    return any(TIME in e.names or e.unknown for row in matrix for e in row)
 
 
 def eigenvalues(root: Root) -> list[tuple[Any, Any]]:
@@ -135,19 +135,19 @@ def stability_of(roots: Sequence[Root]) -> str:
     return "stable" if all(root.is_whole for root in roots) else "marginal"
 
 
-def _drifts(matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr]) -> bool:
-    """Whether z' = A z + b has no point of rest: then b drives a mode of rate zero, and motion grows.
+def _has_rest(matrix: Matrix, offset: Sequence[Expr]) -> bool:
+    """Whether z' = A z + b has a point of rest: b is orthogonal to all that A^T takes to zero.
 
-    There is a point of rest if b is orthogonal to all that A^T takes to zero.
+    Else b drives a mode of rate zero, and motion grows.
     """
     left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
-    return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
+    return all(is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
 
 
 # --- the steady response
 
+# A result in letters or as a number; None where there is none.
 Quantity: TypeAlias = Expr | float | None
-"""A result in letters or as a number; None where there is none."""
 
 
 class DrivingForce(NamedTuple):
@@ -184,6 +184,15 @@ class Response(NamedTuple):
         """The function of the force as people read it."""
         return "a constant force" if self.force.rate.is_zero else reading(self.force.function.tree())
 
+    @property
+    def record(self) -> dict[str, Any]:
+        """The response as JSON has it."""
+        keys, (re, im) = CoordinateResponse._fields, ([list(row) for row in part] for part in self.matrix)
+        parts = {key: {q: getattr(swing, key) for q, swing in self.swings.items()} for key in keys}
+        peak = None if self.peak is None else {"rate": self.peak[0], "amplitude": self.peak[1]}
+        about = {"force": self.force.function, "rate": self.rate}
+        return {**about, **parts, "peak": peak, "matrix": {"re": re, "im": im}}
+
 
 class Driven(NamedTuple):
     """The responses of a system to its forces, and the quality factor of a single damped coordinate.
@@ -219,8 +228,7 @@ class Driven(NamedTuple):
 
     def fields(self) -> list[Field]:
         """Report the responses as JSON has them, with cells for CSV; people see rows or a table."""
-        records = [_record(one) for one in self.responses]
-        shown = [Field("response", records)] if records else []
+        shown = [Field("response", [one.record for one in self.responses])] if self.responses else []
         for place, one in enumerate(self.responses):
             parts = (
                 ("amplitude", "driven amplitude", "A", ""),
@@ -241,18 +249,17 @@ class Driven(NamedTuple):
             if largest is not None:
                 shown.append(Field("", largest, "largest driven amplitude", r"A_{\text{res}}"))
         if self.quality is not None:
-            shown.append(field_of("hamilton", "quality", self.quality))
+            shown.append(row_of("quality", self.quality))
         return shown
 
     def tables(self) -> list[Table]:
         """A table of the responses where there are several forces or coordinates."""
-        rows = [(one.written, q, swing) for one in self.responses for q, swing in one.swings.items()]
+        rows = [(one.written, q, *swing) for one in self.responses for q, swing in one.swings.items()]
         if self.is_single or not rows:
             return []
-        forces, coordinates, swings = zip(*rows, strict=True)
         heads = ("force", "coordinate", "amplitude", "phase (rad)", "growth a second")
-        keys, values = ("force", "coordinate", *CoordinateResponse._fields), zip(*swings, strict=True)
-        shown = zip(keys, (forces, coordinates, *values), heads, strict=True)
+        keys = ("force", "coordinate", *CoordinateResponse._fields)
+        shown = zip(keys, zip(*rows, strict=True), heads, strict=True)
         columns = [Column(key, list(x), (head,)) for key, x, head in shown]
         if all(growth is None for growth in columns[-1].values):
             columns.pop()
@@ -285,7 +292,7 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
     matrix, offset = derivation.linear
     is_driven = any(TIME in e.names for e in offset)
     is_damped = len(offset) == 2 and not is_zero(matrix[0][0] + matrix[1][1])
-    if not (is_driven or is_damped) or any(TIME in e.names or e.unknown for row in matrix for e in row):
+    if not (is_driven or is_damped) or _changes(matrix):
         return None
     motion = LinearMotion.of_matrix(matrix)
     try:
@@ -294,33 +301,21 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
             return None
         names = derivation.phase.coordinates
         found = [_response(document, names, motion, force) for force in forces if is_driven]
-        (m,), (c,), (k,) = (row[0][:1] for row in motion.parts)
+        (m, *_), (c, *_), (k, *_) = (row[0] for row in motion.parts)
         has_quality = is_damped and sign(c) == 1 and sign(k) == 1
         quality = _value(document, tidy(sqrt(k * m) / c)) if has_quality else None
         responses = tuple(one for one in found if one is not None)
-        return Driven(responses, quality, motion, _grows(motion, known_values(document)))
+        known, grows = known_values(document), False
+        if all(e.names <= known.keys() for row in matrix for e in row):
+            rates = np.linalg.eigvals(_numbers(matrix, known))
+            grows = bool(rates.real.max() > IN_RESONANCE * np.abs(rates).max())
+        return Driven(responses, quality, motion, grows)
     except ExpressionError as error:
         return Driven((), None, motion, trouble=error.message)
 
 
-def _grows(motion: LinearMotion, values: Mapping[str, Expr]) -> bool:
-    """Whether the free motion is known to grow exponentially."""
-    if any(not e.names <= values.keys() for e in motion.entries):
-        return False
-    m, c, k = (_numbers(part, values) for part in motion.parts)
-    rates = np.linalg.eigvals(_first_order(m, c, k))
-    return bool(rates.real.max() > IN_RESONANCE * np.abs(rates).max())
-
-
-def _numbers(matrix: Matrix, values: Mapping[str, Expr]) -> Floats:
+def _numbers(matrix: Matrix, values: Values) -> Floats:
     return np.array([[float(substitute(e, values)) for e in row] for row in matrix])
-
-
-def _first_order(m: Floats, c: Floats, k: Floats) -> Floats:
-    """The matrix A of z' = A z, where z has the coordinates and the velocities."""
-    size = len(m)
-    upper = np.hstack([np.zeros((size, size)), np.eye(size)])
-    return np.vstack([upper, -np.linalg.solve(m, np.hstack([k, c]))])
 
 
 def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce] | None:
@@ -349,9 +344,9 @@ def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> lis
     return sorted(found.values(), key=lambda force: force.function == ONE)
 
 
-def _value(document: Document, e: Expr) -> Quantity:
+def _value(document: Document, e: Expr | None) -> Quantity:
     """A result with the values of the parameters put in; in letters where they have none."""
-    if document.exact_results:
+    if e is None or document.exact_results:
         return e
     e = substitute(e, known_values(document))
     return e if e.names else float(e)
@@ -364,100 +359,83 @@ def _response(
     w, known = force.rate, known_values(document)
     real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
     imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
-    entries = (*motion.entries, w, *force.amplitudes)
-    swings = dict.fromkeys(names, CoordinateResponse())
+    entries, rate = (*motion.entries, w, *force.amplitudes), _value(document, w)
     if not document.exact_results and all(e.names <= known.keys() for e in entries):
-        swings = _in_numbers(names, motion, force, known)
-    elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
-        # The amplitude grows by F/(2 m w) a second.
-        grown = abs(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
-        swings = {names[0]: CoordinateResponse(growth=_value(document, tidy(grown)))}
-    elif len(names) == 1 and not is_zero(imaginary[0][0]):
-        swings = {names[0]: _with_damping(document, motion, force, (real[0][0], imaginary[0][0]))}
-    elif len(names) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
-        swings |= zip(names, _without_damping(document, real, force), strict=False)
-    rate = _value(document, w)
-    if not rate and all(swing.amplitude is None for swing in swings.values()):
+        swings = list(_in_numbers(motion, force, known))
+    else:
+        in_letters = _in_letters(motion, force, real, imaginary)
+        swings = [CoordinateResponse(*(_value(document, e) for e in swing)) for swing in in_letters]
+    swings = swings or [CoordinateResponse()] * len(names)
+    if not rate and all(swing.amplitude is None for swing in swings):
         return None
-    peak = _peak(document, motion, force) if len(names) == 1 else None
-    return Response(force, rate, (real, imaginary), swings, peak)
+    peak = None
+    if len(names) == 1 and (found := _peak(motion, force, {} if document.exact_results else known)):
+        peak = _value(document, found[0]), _value(document, found[1])
+    return Response(force, rate, (real, imaginary), dict(zip(names, swings, strict=True)), peak)
 
 
-def _with_damping(
-    document: Document, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
-) -> CoordinateResponse:
-    """The amplitude f/sqrt(a^2 + b^2) and the phase atan2(b, a) of one coordinate: (a + i b) X = f."""
-    (f,), (a, b) = force.amplitudes, pencil
-    # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
-    scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, motion.masses[0][0])]
-    amplitude = shortest([abs(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
-    lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
-    # A negative force is half a turn behind.
-    phase = tidy(lag + PI * (1 - apply("sign", f)) / 2)
-    return CoordinateResponse(_value(document, amplitude), _value(document, phase))
+def _in_letters(
+    motion: LinearMotion, force: DrivingForce, real: Matrix, imaginary: Matrix
+) -> Iterator[tuple[Expr | None, ...]]:
+    """The amplitude, phase and growth of each coordinate; nothing where they would fill a page."""
+    (f, *others), (a, *_), (b, *_) = force.amplitudes, real[0], imaginary[0]
+    mass = motion.masses[0][0]
+    if not others and is_zero(a) and is_zero(b) and not force.rate.is_zero:
+        yield None, None, tidy(abs(f) / (2 * mass * force.rate))
+    elif not others and not is_zero(b):
+        # (a + i b) X = f has |X| = |f|/sqrt(a^2 + b^2) and the phase atan2(b, a). The mass stands before the
+        # root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
+        scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, mass)]
+        amplitude = shortest([abs(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
+        lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
+        # A negative force is half a turn behind.
+        yield amplitude, tidy(lag + PI * (1 - apply("sign", f)) / 2), None
+    elif len(real) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
+        # X = (K - w^2 M)^-1 f is real, so that phases are 0 or pi.
+        inverse, whole = matrices.inverse(real), matrices.determinant(real)
+        for row in inverse or ():
+            answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
+            side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
+            yield abs(tidy(answer)), PI * (1 - side) / 2, None
 
 
-def _without_damping(document: Document, real: Matrix, force: DrivingForce) -> Iterator[CoordinateResponse]:
-    """Amplitudes |X| and phases, which are 0 or pi, where X = (K - w^2 M)^-1 f is real."""
-    inverse, whole = matrices.inverse(real), matrices.determinant(real)
-    for row in inverse or ():
-        answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
-        side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
-        yield CoordinateResponse(_value(document, abs(tidy(answer))), _value(document, PI * (1 - side) / 2))
-
-
-def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
+def _peak(motion: LinearMotion, force: DrivingForce, known: Values) -> tuple[Expr, Expr | None] | None:
     """The rate of the force with the largest amplitude, sqrt(k/m - c^2/(2 m^2)), and that amplitude."""
     (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
     squared = tidy(k / m) - c**2 / (2 * m**2)
-    known = {} if document.exact_results else known_values(document)
     there, damping = substitute(squared, known), substitute(c, known)
     # A force whose size depends on its rate, as that of an unbalanced wheel, has another peak.
     is_fixed = f.names.isdisjoint(force.rate.names) and not force.rate.is_zero
     if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1) or sign(damping) == -1:
         return None
-    rate = _value(document, apply("sqrt", squared))
-    if is_zero(damping):
-        return rate, None
-    return rate, _value(document, abs(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))))
+    largest = None if is_zero(damping) else abs(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2)))
+    return apply("sqrt", squared), largest
 
 
-def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:
+def in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> tuple[Floats, ...]:
     """M, C, K (n by n each) and f (n) for these values of the parameters."""
     m, c, k = (_numbers(part, values) for part in motion.parts)
     return m, c, k, _numbers([force.amplitudes], values)[0]
 
 
-def _in_numbers(
-    names: Sequence[str], motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]
-) -> dict[str, CoordinateResponse]:
-    """Amplitudes and phases, and growth by the modes that have the rate of the force."""
+def _in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> Iterator[CoordinateResponse]:
+    """The response of each coordinate, which grows by the modes that have the rate of the force."""
     m, c, k, f = in_numbers(motion, force, values)
-    w, size = float(substitute(force.rate, values)), len(names)
-    rates, vectors = np.linalg.eig(_first_order(m, c, k))
-    g = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
+    w, size = float(substitute(force.rate, values)), len(f)
+    # z' = A z has the coordinates and the velocities in z.
+    first_order = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(m, np.hstack([k, c]))]])
+    rates, vectors = np.linalg.eig(first_order)
     near = np.abs(rates - 1j * w) <= IN_RESONANCE * max(abs(w), EPS * np.abs(rates).max())
     if not near.any():
         grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f.astype(complex))
     elif np.linalg.cond(vectors) * EPS > IN_RESONANCE:
         grown, answer = np.full(size, np.nan), np.full(size, np.nan + 0j)
     else:
-        shares: NDArray[np.complex128] = np.linalg.solve(vectors, g)
+        forces = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
+        shares: NDArray[np.complex128] = np.linalg.solve(vectors, forces)
         grown = np.abs(vectors[:, near] @ shares[near])[:size]
         answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
     grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
-    lags, swings = -np.angle(answer) + 0.0, dict[str, CoordinateResponse]()
-    for q, x, lag, rate, up in zip(names, np.abs(answer), lags, grown, grows, strict=True):
-        growth = float(rate) if np.isfinite(rate) else None
-        swings[q] = CoordinateResponse(growth=growth) if up else CoordinateResponse(float(x), float(lag))
-    return swings
-
-
-def _record(one: Response) -> dict[str, Any]:
-    parts = {
-        key: {q: getattr(swing, key) for q, swing in one.swings.items()} for key in CoordinateResponse._fields
-    }
-    re, im = ([list(row) for row in part] for part in one.matrix)
-    peak = None if one.peak is None else dict(zip(("rate", "amplitude"), one.peak, strict=True))
-    about = {"force": one.force.function, "rate": one.rate}
-    return {**about, **parts, "peak": peak, "matrix": {"re": re, "im": im}}
+    for x, rate, up in zip(answer, grown.tolist(), grows, strict=True):
+        steady = CoordinateResponse(float(np.abs(x)), float(-np.angle(x) + 0.0))
+        yield CoordinateResponse(growth=rate if math.isfinite(rate) else None) if up else steady

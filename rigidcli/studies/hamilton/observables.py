@@ -12,8 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from itertools import combinations, combinations_with_replacement
+from itertools import combinations, combinations_with_replacement, islice
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -25,25 +24,31 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.trees import to_tree
-from rigidcli.algebra.values import is_zero, sampled
-from rigidcli.core.solution import columns
+from rigidcli.algebra.values import is_zero, sample_points, sampled
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import ENERGIES
 from rigidcli.errors import ExpressionError
-from rigidcli.language import code
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.particles import velocity
 from rigidcli.mechanics.phase_space import TIME, bracket
 from rigidcli.report import Field, Step
 from rigidcli.studies.common import celled, if_known, noise
-from rigidcli.studies.hamilton.constraints import keeper
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations, terms
+from rigidcli.studies.hamilton.equations_of_motion import compiled, symbolic_equations, terms, way_back
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
+
+# Points at which functions are compared, and those on constraints.
+COMPARED_POINTS, CONSTRAINED_POINTS = 5, 3
+# Steps of Newton's method that move a random state onto the constraints.
+NEWTON_STEPS = 12
+# Ratios that differ by less, in units of themselves, are the same where only values can tell.
+SAME_RATIO = 1e-9
+# The name of a Cartesian coordinate: its axis, and the number of the particle.
+_CARTESIAN = re.compile(r"([xyz])_?(\d*)")
 
 
 class Observable(NamedTuple):
@@ -60,20 +65,19 @@ class Observable(NamedTuple):
 
     def fields(self, orbit: OrbitSolution | None) -> Iterator[Field]:
         """The function, its rate, whether it is conserved, and its mean over the orbit."""
-        key, sign = f"observables.{self.name}", latex_name(self.name)
-        words = ""
+        key, sign, words = f"observables.{self.name}", latex_name(self.name), ""
         if self.conserved and self.rate is not None:
-            shown = reading(to_tree(self.rate))
-            words = "0: conserved" if self.rate.is_zero else f"{shown}, which is zero here: conserved"
-        mean, is_noise = None, False
-        if orbit is not None:
-            mean = orbit.means[key]
-            is_noise = abs(mean) <= noise(orbit.trusted_digits) * orbit.scales[key]
-        mean_sign, shown_mean = rf"\langle {sign} \rangle", "0" if is_noise else ""
+            zero = "0" if self.rate.is_zero else f"{reading(to_tree(self.rate))}, which is zero here"
+            words = f"{zero}: conserved"
         yield if_known(celled(f"{key}.expression", self.function, self.name, sign))
         yield if_known(celled(f"{key}.rate", self.rate, f"d{self.name}/dt", rf"\dot{{{sign}}}", words=words))
         yield celled(f"{key}.conserved", self.conserved)
-        yield if_known(celled(f"{key}.mean", mean, f"mean of {self.name}", mean_sign, words=shown_mean))
+        if orbit is None:
+            yield celled(f"{key}.mean", None)
+            return
+        mean, rounding = orbit.means[key], noise(orbit.trusted_digits) * orbit.scales[key]
+        mean_sign, words = rf"\langle {sign} \rangle", "0" if abs(mean) <= rounding else ""
+        yield celled(f"{key}.mean", mean, f"mean of {self.name}", mean_sign, words=words)
 
 
 class NamedBracket(NamedTuple):
@@ -89,7 +93,6 @@ class Observed(NamedTuple):
 
     observables: tuple[Observable, ...]
     brackets: tuple[NamedBracket, ...]
-    functions: Mapping[str, Expr]
     events: Mapping[str, Expr]
 
     def fields(self, orbit: OrbitSolution | None) -> list[Field]:
@@ -100,25 +103,24 @@ class Observed(NamedTuple):
             shown.append(Field("brackets", rows))
         for place, pair in enumerate(self.brackets):
             title, sign = f"{{{', '.join(pair.of)}}}", ", ".join(map(latex_name, pair.of))
-            value = pair.value if pair.equals is None else pair.equals
-            entry = Field("", value, title, rf"\{{{sign}\}}", cells={f"brackets.{place}": ()})
-            shown.append(replace(entry, words="" if value is not None else "not known"))
+            value, cells = pair.value if pair.equals is None else pair.equals, {f"brackets.{place}": ()}
+            words = "" if value is not None else "not known"
+            shown.append(Field("", value, title, rf"\{{{sign}\}}", cells=cells, words=words))
         return shown
 
     def steps(self, derivation: Derivation) -> Iterator[Step]:
         """Lead to the rates of the observables, and to the brackets."""
-        phase, rates = derivation.phase, derivation.equations
-        shown = list[Field]()
+        phase, rates, shown = derivation.phase, derivation.equations, list[Field]()
         for one in self.observables if rates is not None else ():
+            moved = [derivative(one.function, x) * f for x, f in zip(phase.names, rates or (), strict=True)]
             size = len(phase.coordinates)
-            terms_of_rate = [
-                derivative(one.function, x) * f for x, f in zip(phase.names, rates or (), strict=True)
-            ]
-            moved = (terms_of_rate[:size], terms_of_rate[size:])
-            parts = [*map(total, moved), derivative(one.function, TIME)]
-            titles = ("sum of df/dq qdot", "sum of df/dp pdot", "partial df/dt")
+            parts = {
+                "sum of df/dq qdot": total(moved[:size]),
+                "sum of df/dp pdot": total(moved[size:]),
+                "partial df/dt": derivative(one.function, TIME),
+            }
             shown.append(Field("", one.function, one.name, latex_name(one.name)))
-            shown += [Field("", tidy(e), title) for title, e in zip(titles, parts, strict=True) if e]
+            shown += [Field("", tidy(e), title) for title, e in parts.items() if e]
             if one.rate is not None:
                 shown.append(Field("", one.rate, f"d{one.name}/dt", rf"\dot{{{latex_name(one.name)}}}"))
         sentence = (
@@ -139,8 +141,12 @@ class Observed(NamedTuple):
 
 def observed(document: Document, derivation: Derivation) -> Observed:
     """The observables and brackets of a document. Raises DocumentError where one has an unknown energy."""
-    known, given = _energies(derivation), document.observables or {}
-    derived = derived_parameters(document)
+    given, derived = document.observables or {}, derived_parameters(document)
+    h, system = derivation.hamiltonian, derivation.system
+    energy = derivation.energy_of_velocities if h is None else h
+    energies = {"T": system.kinetic, "V": system.potential, "H": energy}
+    # An observable may have the name of an energy.
+    known = {name: e for name, e in energies.items() if e is not None and name not in given}
 
     def function(typed: Expression, key: str) -> Expr:
         for name in ENERGIES[1:]:
@@ -154,8 +160,6 @@ def observed(document: Document, derivation: Derivation) -> Observed:
         except ExpressionError as error:
             raise document.refusal(error.message, key) from error
 
-    for name in given:
-        known.pop(name, None)
     for name, typed in given.items():
         if name not in known:
             known[name] = function(typed, f"observables.{name}")
@@ -175,48 +179,30 @@ def observed(document: Document, derivation: Derivation) -> Observed:
     return Observed(
         tuple(found),
         tuple(brackets),
-        {one.name: one.function for one in found},
         {key: function(typed, key) for key, typed in events.items()},
     )
 
 
-def _energies(derivation: Derivation) -> dict[str, Expr]:
-    """H, T and V as functions of the state, as far as they are known."""
-    system, momenta = derivation.system, derivation.momenta
-    energies = {"T": system.kinetic, "V": system.potential, "H": derivation.hamiltonian}
-    if system.kinetic is None:
-        energies["V"] = None
-    if energies["H"] is None and momenta is not None and system.lagrangian is not None:
-        pairs = zip(momenta.definitions, derivation.velocity_names, strict=True)
-        energies["H"] = total([*(p * symbol(v) for p, v in pairs), -system.lagrangian])
-    return {name: e for name, e in energies.items() if e is not None}
-
-
 def _of_state(e: Expr, derivation: Derivation) -> Expr:
     """A function in terms of coordinates and momenta; of velocities, where these have no formula."""
-    if derivation.velocities is not None:
-        known = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
-    elif derivation.momenta is not None and not derivation.are_linear:
-        known = dict(zip(derivation.phase.momenta, derivation.momenta.definitions, strict=True))
-    else:
-        return e
+    known = derivation.rates
+    if not known and not derivation.are_linear:
+        known = derivation.definitions
     return e if e.names.isdisjoint(known) else tidy(substitute(e, known))
 
 
 def _observable(document: Document, derivation: Derivation, name: str, e: Expr) -> Observable:
-    phase, rates = derivation.phase, {TIME: ONE}
+    phase, v, rates = derivation.phase, derivation.velocity_names, {TIME: ONE}
     if derivation.equations is not None:
-        rates |= dict(zip(phase.names, derivation.equations, strict=True))
+        rates |= zip(phase.names, derivation.equations, strict=True)
     else:
-        v = derivation.velocity_names
-        rates |= dict(zip(phase.coordinates, map(symbol, v), strict=True))
-        if derivation.accelerations is not None:
-            rates |= dict(zip(v, derivation.accelerations, strict=True))
+        rates |= zip(phase.coordinates, map(symbol, v), strict=True)
+        rates |= zip(v, derivation.accelerations or (), strict=False)
     limits = [one.name for one in derivation.system.constraints]
     solved = derivation.multipliers_anywhere or ()
     try:
         whole = _of_state(substitute(e, dict(zip(limits, solved, strict=False))), derivation)
-        if not whole.names.isdisjoint([*limits, *(_moving(derivation) - rates.keys())]):
+        if not whole.names.isdisjoint({*limits, *phase.names, *v} - rates.keys()):
             return Observable(name, e, None, None)
         slopes = total(derivative(whole, x) * f for x, f in rates.items() if x in whole.names)
         rate = tidy(_of_state(slopes, derivation))
@@ -231,32 +217,21 @@ def _observable(document: Document, derivation: Derivation, name: str, e: Expr) 
     return Observable(name, e, rate, conserved)
 
 
-def _moving(derivation: Derivation) -> set[str]:
-    return {*derivation.phase.names, *derivation.velocity_names}
-
-
 def _vanishes_on_constraints(rate: Expr, derivation: Derivation, values: Mapping[str, Expr]) -> bool:
     """Whether a function vanishes at random states that obey the constraints, for these parameters."""
-    equations = symbolic_equations(derivation)
-    limits = derivation.system.constraints
-    moving = {TIME, *equations.names, *(one.name for one in limits)} | _moving(derivation)
-    used = frozenset[str]().union(rate.names, *(one.rate.names | one.expression.names for one in limits))
-    letters = sorted((used | derivation.generator.names) - moving)
-    points = sampled([symbol(name) for name in (*letters, TIME, *equations.names)], {}, 3)
-    assert points is not None
-    for point in points:
-        constants = dict(zip(letters, point.tolist(), strict=False))
-        constants |= {name: e.evaluate() for name, e in values.items() if not e.names}
-        back, t = keeper(derivation, constants), float(point[len(letters)])
-        state: Sequence[float] = point[len(letters) + 1 :].tolist()
+    equations, limits = symbolic_equations(derivation), derivation.system.constraints
+    used = {TIME, *equations.names} | rate.names | derivation.generator.names
+    used = used.union(*(one.rate.names | one.expression.names for one in limits))
+    fixed = {name: e.evaluate() for name, e in values.items()}
+    for point in islice(sample_points(sorted(used), fixed), CONSTRAINED_POINTS):
+        back, state = way_back(derivation, point), tuple(point[name] for name in equations.names)
         try:
-            for _ in range(12):
-                state = back.back(t, state)
+            for _ in range(NEWTON_STEPS):
+                state = tuple(back(point[TIME], state))
         except ArithmeticError:
             return False
-        trees = [to_tree(e) for e in terms(expand(rate))]
-        f = columns(code.function(trees, [TIME, *equations.names], constants, equations.steps))
-        parts = f(np.array([t]), *(np.array([x]) for x in state))
+        function = compiled(terms(expand(rate)), equations.names, point, equations.steps)
+        parts = function(np.array([point[TIME]]), *np.array(state)[:, None])
         if not abs(parts.sum()) <= SAME_RATIO * np.abs(parts).sum():
             return False
     return True
@@ -271,21 +246,13 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     groups = [*combinations(every, 1), *combinations_with_replacement(every, 2)]
     for names in groups:
         with suppress(ExpressionError, ZeroDivisionError):
-            factor = factor_of(value, product([every[name] for name in names]), moving)
+            factor = _factor_of(value, product([every[name] for name in names]), moving)
             if factor is not None:
                 return product([factor, *map(symbol, names)])
     return None
 
 
-# Points at which functions are compared.
-COMPARED_POINTS = 5
-# Ratios that differ by less, in units of themselves, are the same where only values can tell.
-SAME_RATIO = 1e-9
-# The name of a Cartesian coordinate: its axis, and the number of the particle.
-_CARTESIAN = re.compile(r"([xyz])_?(\d*)")
-
-
-def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
+def _factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
     """The factor c of value = c e, if c has none of the `moving` names; else None."""
     letters = sorted((value.names | e.names).difference(moving))
     rows = sampled([value, e], {name: 0.6 + 0.13 * k for k, name in enumerate(letters)})
@@ -294,11 +261,9 @@ def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
     ratios = rows[:, 0] / np.where(rows[:, 1], rows[:, 1], np.nan)
     if not np.ptp(ratios) <= SAME_RATIO * np.abs(ratios).max():
         return None
-    with suppress(ExpressionError, ZeroDivisionError):
-        point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
-        factor = tidy(substitute(value, point) / substitute(e, point))
-        return factor if is_zero(value - factor * e) else None
-    return None
+    point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
+    factor = tidy(substitute(value, point) / substitute(e, point))
+    return factor if is_zero(value - factor * e) else None
 
 
 def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
@@ -325,12 +290,13 @@ def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | N
 def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
     """The Cartesian coordinates of each particle with their momenta, by the names of the axes."""
     system, phase = derivation.system, derivation.phase
-    if system.particles and derivation.velocities is not None:
-        rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
-        solved = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
+    if system.particles and derivation.rates:
+        rates = derivation.velocity_of
         for one in system.particles:
             if one.mass is not None:
-                moved = [one.mass * substitute(velocity(path, rates), solved) for path in one.position]
+                moved = [
+                    one.mass * substitute(velocity(path, rates), derivation.rates) for path in one.position
+                ]
                 yield dict(zip("xyz", zip(one.position, moved, strict=True), strict=False))
         return
     found: dict[str, dict[str, tuple[Expr, Expr]]] = {}

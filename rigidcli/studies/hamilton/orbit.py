@@ -1,37 +1,49 @@
-"""An orbit in phase space: its integration, its samples, and measures of how well it was followed."""
+"""An orbit: its integration, its samples, how well it was followed, and what is read off it.
+
+That is its end, the states of a Poincare section, and the period of motion to and fro.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, TypedDict
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rigidcli.algebra.expansion import coefficient, coefficients, has_degrees
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.core import integrate, memory, stiff
 from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.events import Events, events
 from rigidcli.core.kicks import foreseen
+from rigidcli.core.libration import Libration, libration
 from rigidcli.core.second_run import compared, rounding
-from rigidcli.core.solution import Solution, columns, digits
+from rigidcli.core.solution import Solution, Stopped, columns, digits
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.document.system import Orbit
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.studies.hamilton.constraints import Keeper, keeper
+from rigidcli.report import Field, Step
+from rigidcli.studies.hamilton import Findings, Progress
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
     InitialState,
+    Samples,
+    Values,
+    compiled,
     equations_of_motion,
+    misses,
+    sizes_of_pushes,
     terms,
-    values_of_terms,
+    way_back,
 )
-from rigidcli.studies.hamilton.sections import Values, cut, equation, passes, reach, selected, touching
 
 # What messages call the solution.
 NAME = "the orbit"
@@ -45,165 +57,137 @@ LOOKS_AT_RANGE = 4097
 SMOOTH = 1e-3
 # The most states that are drawn: about 1 MB in a file .svg.
 MOST_DRAWN = 20_000
+# What comes this near to zero and goes back is no pass, in units of the largest value, as errors are.
+TOUCHING = 1e-10
+# Where an orbit cannot be followed on, it is looked for its end up to this share of the time before.
+BEFORE_STOP = 1e-6
+# The orbit may pass a turning point by this share of their distance, or it does not turn there.
+BEYOND_TURNING = 1e-6
 
 
-class Samples(TypedDict):
-    """The fields of an orbit that have a row for each of its times."""
-
-    times: Floats
-    coordinates: Floats
-    momenta: Floats
-    energy: Floats
-    states: Floats
-    further: dict[str, Floats]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class OrbitSolution:
-    """An orbit at `times` (k): coordinates and momenta (both k by n) and H (k), and how well it was followed.
+class OrbitSolution(NamedTuple):
+    """The `samples` of an orbit, or of several one after the other, and how well it was followed.
 
     `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
-    their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
-    is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated. `further`
-    samples (k), of multipliers and observables, stand under their keys, with `means` over the orbit;
-    `scales` are the largest sums of the sizes of the terms of each sampled function.
-    The `end` is the time at which an orbit with `until` ends, and why; what events have met is in `remarks`.
+    their terms; where H changes by law, the integral of dH/dt is taken off. Observables have `means` over the
+    orbit; `scales` are the largest sums of the sizes of the terms of what is sampled.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
+    The `end` is the time at which an orbit with `until` ends, and why; `remarks` are notes for people.
     `at` gives samples at other times, and `knots` are the ends of the steps: None for one of many orbits.
     """
 
-    times: Floats
-    coordinates: Floats
-    momenta: Floats
-    energy: Floats
+    samples: Samples
     drift: dict[str, float]
-    invariants: tuple[str, ...]
     method: str
     steps: int
-    states: Floats
     trusted_digits: float
     lost: float | None
-    note: str | None
-    further: dict[str, Floats]
     means: dict[str, float]
     scales: dict[str, float]
+    remarks: tuple[str, ...] = ()
     end: tuple[float, str] | None = None
     is_section: bool = False
-    remarks: tuple[str, ...] = ()
     at: Callable[[Floats], Samples] | None = None
     knots: Floats | None = None
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def solve_orbit(
-    orbit: Orbit,
-    derivation: Derivation,
-    initial: InitialState,
-    invariants: Sequence[Expr],
-    progress: Callable[[float], None] | None,
-    starts: int,
-    functions: Mapping[str, Expr],
-    passing: Mapping[str, Expr],
-) -> OrbitSolution:
-    """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
-
-    `functions` of the state, as `observables` writes them, are sampled under their keys, and have means; of
-    those that are `passing`, under the keys of the document, zeros are looked for.
+def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
+    """The orbit that a document asks for, from what was `found` on it before.
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
-    motion, limits = equations_of_motion(derivation, initial), derivation.system.constraints
-    crossing = {key: _first_row(motion.function([e])) for key, e in passing.items()}
-    bounds = keeper(derivation, initial.parameters) if limits else None
-    run = _follow(orbit, derivation, initial, motion, bounds, crossing, progress, starts)
-    solution, times, kept, end, remarks = _met(orbit, crossing, run.solution, run.times, run.until)
-    _require_range(solution, derivation, initial)
-    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | dict(functions)
-    states = solution.at(times)
-    *observed, energy_terms = motion.observed(times, states)
-    samples = _samples(motion, further, times, states, observed)
-    _require_values(times, samples["further"])
-    drift = _drifts(motion, derivation, initial, solution, states, samples, energy_terms, invariants)
-    # The energy that time or forces have brought is one more integral, with errors of its own.
-    energy_error = 0.0 if derivation.energy_changes else drift["H"]
-    if bounds is not None:
-        misses = np.abs(bounds.measured(times, samples["states"])).max(axis=1)
-        drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
-    in_slopes = _lost_in_slopes(motion, solution, run.scale)
-    error = max(run.error, energy_error, in_slopes, rounding(solution, run.stops))
-    means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
+    derivation, orbit, initial = found.derivation, found.document.orbit, found.initial
+    assert orbit is not None
+    assert initial is not None
+    limits, functions = derivation.system.constraints, found.functions
+    motion = equations_of_motion(derivation, tuple(initial.parameters.items()))
+    passing = {} if found.observed is None else found.observed.events
+    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | functions
+    observe = motion.observer(further)
+    passes = {key: Event(key, orbit.events[key].text, motion.function([e])) for key, e in passing.items()}
+    solution, error, lost, times, until = _follow(found, motion, passes.get("orbit.until"), progress)
+    remarks, end, chosen = [] if solution.note is None else [solution.note], None, None
+    if "orbit.until" in passes:
+        times, reason, more = ended(passes["orbit.until"], solution, times, until)
+        end, remarks = (float(times[-1]), reason), [*remarks, *more]
+        solution = replace(solution, knots=cut(solution.knots, times[-1]))
+    if orbit.section is not None:
+        chosen, more = section_times(passes["orbit.section.at"], solution, orbit.section.direction)
+        times, remarks = np.array(sorted({*times.tolist(), *chosen.tolist()})), [*remarks, *more]
 
     def at(times: Floats) -> Samples:
-        states = solution.at(times)
-        return _samples(motion, further, times, states, motion.observed(times, states)[:3])
+        return observe(times, solution.at(times))
 
+    _require_range(solution, derivation, motion)
+    samples = at(times)
+    _require_values(samples)
+    looks = (samples, at(solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]))
+    drift = drifts(motion, parts_of(motion, conserved(derivation)), looks)
+    if not derivation.energy_changes:
+        error = max(error, drift["H"])
+    elif solution.method == linear_flow.METHOD:
+        del drift["H"]  # the energy that time or forces have brought was not integrated
+    if limits:
+        states = samples.states[:, : 2 * len(initial.q)]
+        off = np.abs(misses(derivation, initial.parameters, times, states)).max(axis=1)
+        drift |= {one.name: float(miss) for one, miss in zip(limits, off, strict=True)}
+    means = solution.mean(motion.function(functions.values())) if functions else ()
+    sizes = np.abs(np.hstack([samples.coordinates, samples.momenta])).max(axis=0)
+    variables = dict(zip(derivation.sample_keys, map(float, sizes), strict=True))
     return OrbitSolution(
-        times=times[kept],
-        coordinates=samples["coordinates"][kept],
-        momenta=samples["momenta"][kept],
-        energy=samples["energy"][kept],
-        states=samples["states"][kept],
-        further={key: x[kept] for key, x in samples["further"].items()},
+        samples=samples if chosen is None else at(chosen),
         drift=drift,
-        invariants=tuple(map(str, invariants)),
         method=solution.method,
         steps=solution.steps,
         trusted_digits=digits(error),
-        lost=run.lost,
-        note=solution.note,
+        lost=lost,
         means=dict(zip(functions, map(float, means), strict=True)),
-        scales=_scales(motion, derivation, samples, further),
+        scales=scales(parts_of(motion, further), samples) | variables,
+        remarks=tuple(remarks),
         end=end,
-        is_section=orbit.section is not None,
-        remarks=remarks,
+        is_section=chosen is not None,
         at=at,
         knots=solution.knots,
     )
 
 
 class _Run(NamedTuple):
-    """A solution with its error and the sizes `scale` (2 n) of the variables, by which that is measured.
+    """A solution, its error in units of the sizes of the variables, and when it is lost, if ever.
 
-    The steps end at `stops`; an orbit with `until` ends at about that time, if it is met.
+    It is sampled at `times`; an orbit with `until` ends at about that time, if that is met.
     """
 
     solution: Solution
     error: float
     lost: float | None
-    scale: Floats
-    stops: Floats
     times: Floats
     until: float | None
 
 
-def _follow(
-    orbit: Orbit,
-    derivation: Derivation,
-    initial: InitialState,
-    motion: EquationsOfMotion,
-    bounds: Keeper | None,
-    crossing: Mapping[str, Values],
-    progress: Callable[[float], None] | None,
-    starts: int,
-) -> _Run:
+def _follow(found: Findings, motion: EquationsOfMotion, until: Event | None, progress: Progress) -> _Run:
     """Integrate the equations of motion, and again in other steps, to see how many digits are right."""
-    times, count = orbit.instants(1.0), 2 * len(initial.q)
-    memory.require(len(times), 2 + len(motion.start))
-    last, until = float(times[-1]), None
+    derivation, orbit, initial = found.derivation, found.document.orbit, found.initial
+    assert orbit is not None
+    assert initial is not None
+    times, count, start = orbit.instants(1.0), 2 * len(initial.q), motion.start(initial)
+    memory.require(len(times), 2 + len(start))
+    last, end = float(times[-1]), None
     stops, longest = foreseen(motion.watched, last, NAME)
+    is_bound = bool(derivation.system.constraints)
 
     def follow(end: float, stops: Sequence[float], tolerance: float, **options: Any) -> Solution:
         return integrate.integrate(
             motion.flow,
-            motion.start,
+            start,
             (0.0, end),
             tolerance=tolerance,
             stops=stops,
             roundings=motion.roundings,
             name=NAME,
             longest=min(longest, orbit.max_step or math.inf),
-            starts=starts,
-            project=None if bounds is None else bounds.back,
+            starts=found.document.starts,
+            project=way_back(derivation, initial.parameters) if is_bound else None,
             **options,
         )
 
@@ -211,16 +195,16 @@ def _follow(
         tolerance = orbit.tolerance or DEFAULT_TOLERANCE
         return follow(end, stops[stops < end].tolist(), tolerance, engine=orbit.method, **options)
 
-    if "orbit.until" in crossing:
-        last, until = reach(first, crossing["orbit.until"], last, "orbit.until")
+    if until is not None:
+        last, end = reach(first, until, last)
         stops = stops[stops < last]
-        times = times if until is None else cut(times, until)
-    exactly = partial(by_exponential, derivation, initial, last, orbit)
+        times = times if end is None else cut(times, end)
+    exactly = partial(by_exponential, derivation, initial, orbit, last)
     solution = exactly() or first(last, progress=progress)
     # Zero at some samples must not pass for the size of a variable.
     scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[:count]
-    if bounds is not None:
-        scale = np.maximum(scale, bounds.sizes(motion.values, solution))
+    if is_bound:
+        scale = np.maximum(scale, sizes_of_pushes(derivation, motion, solution))
     scale[scale == 0] = 1.0
     solution, error, lost = compared(
         solution,
@@ -231,71 +215,62 @@ def _follow(
         lambda one, other: np.abs((one - other)[:, :count] / scale).max(axis=1),
         times,
     )
-    return _Run(solution, error, lost, scale, stops, times, until)
+    error = max(error, _lost_in_slopes(motion, solution, scale), rounding(solution, stops))
+    return _Run(solution, error, lost, times, end)
 
 
-def _first_row(function: Values) -> Values:
-    return lambda times, states: function(times, states)[0]
+def _require_range(solution: Solution, derivation: Derivation, motion: EquationsOfMotion) -> None:
+    """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
+    for condition in () if derivation.branch is None else derivation.branch.conditions:
+        times = np.linspace(0.0, solution.knots[-1], LOOKS_AT_RANGE)
+        outside = ~(motion.function([condition])(times, solution.at(times))[0] > 0)
+        if outside.any():
+            time = times[int(np.argmax(outside))]
+            raise ComputationError(
+                f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
+            )
 
 
-def _samples(
-    motion: EquationsOfMotion,
-    further: Mapping[str, Expr],
-    times: Floats,
-    states: Floats,
-    observed: Iterable[Floats],
-) -> Samples:
-    coordinates, momenta, energy = observed
-    rows = motion.values([*further.values()], times, states)
-    return {
-        "times": times,
-        "coordinates": coordinates,
-        "momenta": momenta,
-        "energy": energy,
-        "states": states[:, : 2 * coordinates.shape[1]],
-        "further": dict(zip(further, rows, strict=True)),
-    }
-
-
-def _require_values(times: Floats, further: Mapping[str, Floats]) -> None:
+def _require_values(samples: Samples) -> None:
     """Raise ComputationError where a multiplier or an observable has no finite real value."""
-    for key, row in further.items():
+    for key, row in samples.further.items():
         if not np.isfinite(row).all():
-            first = times[int(np.argmin(np.isfinite(row)))]
+            first = samples.times[int(np.argmin(np.isfinite(row)))]
             raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
 
 
-def _drifts(
-    motion: EquationsOfMotion,
-    derivation: Derivation,
-    initial: InitialState,
-    solution: Solution,
-    states: Floats,
-    samples: Samples,
-    energy_terms: Floats,
-    invariants: Sequence[Expr],
+def conserved(derivation: Derivation) -> dict[str, Expr]:
+    """What is conserved besides H, by its names."""
+    momenta = (symbol(f"p_{name}") for name in derivation.conserved_momenta)
+    return {str(e): e for e in (*momenta, *(derivation.invariants or ()))}
+
+
+def drifts(
+    motion: EquationsOfMotion, parts: Mapping[str, Values], looks: Sequence[Samples], orbits: int = 1
 ) -> dict[str, float]:
-    """By how much H and what is conserved change, in units of the largest sum of the sizes of their terms."""
-    times, energy = samples["times"], samples["energy"]
-    # The sizes of terms, too, are the largest along the run.
-    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
-    q, p, _, terms_on_the_way = motion.observed(way, solution.at(way))
-    drift = {}
-    if solution.method != linear_flow.METHOD or not derivation.energy_changes:
-        gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
-        drift["H"] = _drift(energy - energy[0] - (gained - gained[0]), energy_terms, terms_on_the_way)
-    for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
-        values = values_of_terms(e, derivation.phase, initial.parameters)
-        parts = values(times, *samples["coordinates"].T, *samples["momenta"].T)
-        drift[str(e)] = _drift(parts.sum(axis=0), parts, values(way, *q.T, *p.T))
-    return drift
+    """By how much H and sums of `parts` change, in units of the largest sums of the sizes of their terms.
 
+    The changes are those at the first of the `looks`, which has so many `orbits` one after the other; sizes
+    are the largest of all looks.
+    """
 
-def _drift(values: Floats, *terms: Floats) -> float:
-    """The largest change of values (k), in units of the largest sum of the sizes of `terms` (any by any)."""
-    change = float(np.abs(values - values[0]).max())
-    size = max(float(np.abs(some).sum(axis=0).max()) for some in terms)
-    return change / (size or 1.0) if change else 0.0
+    def since_start(values: Floats) -> Floats:
+        rows = values.reshape(orbits, -1)
+        return rows - rows[:, :1]
+
+    def drift(change: Floats, terms: Sequence[Floats]) -> float:
+        """The largest of changes (orbits by times), in units of the sizes of terms (each any by k)."""
+        largest = np.abs(change).max(axis=1)
+        sizes = [np.abs(some).sum(axis=0).reshape(orbits, -1).max(axis=1) for some in terms]
+        return float((largest / np.where(largest > 0, np.max(sizes, axis=0), 1.0)).max())
+
+    first = looks[0]
+    energy = since_start(first.energy) - since_start(motion.gained(first.states))
+    found = {"H": drift(energy, [look.energy_terms for look in looks])}
+    for name, function in parts.items():
+        seen = [function(look.times, look.states) for look in looks]
+        found[name] = drift(since_start(seen[0].sum(axis=0)), seen)
+    return found
 
 
 def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats) -> float:
@@ -312,34 +287,29 @@ def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats
     return largest * EPS * float(solution.knots[-1]) / math.sqrt(solution.steps or 1)
 
 
-def _scales(
-    motion: EquationsOfMotion, derivation: Derivation, samples: Samples, further: Mapping[str, Expr]
-) -> dict[str, float]:
-    times, states, phase = samples["times"], samples["states"], derivation.phase
-    sizes = {key: np.abs(motion.values(terms(e), times, states)).sum(axis=0) for key, e in further.items()}
-    keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
-    sizes |= zip(keys, np.abs([*samples["coordinates"].T, *samples["momenta"].T]), strict=True)
-    return {key: float(x.max()) for key, x in sizes.items()}
+def parts_of(motion: EquationsOfMotion, functions: Mapping[str, Expr]) -> dict[str, Values]:
+    """The terms of functions by their keys, as functions of times and states."""
+    return {key: motion.function(terms(e)) for key, e in functions.items()}
 
 
-def curve(
-    orbit: OrbitSolution, shown: Callable[[OrbitSolution], Floats], most: int = MOST_DRAWN
-) -> OrbitSolution:
+def scales(parts: Mapping[str, Values], samples: Samples) -> dict[str, float]:
+    """The largest sums of the sizes of the terms that functions have."""
+    sizes = {key: np.abs(function(samples.times, samples.states)) for key, function in parts.items()}
+    return {key: float(x.sum(axis=0).max()) for key, x in sizes.items()}
+
+
+def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = MOST_DRAWN) -> Samples:
     """The orbit at so many times that straight lines between them are a smooth curve of what is `shown`.
 
     `shown` gives the quantities (k by m) that a picture has of an orbit. Intervals between samples, or ends
     of steps where samples are few, are halved until straight lines through their ends pass their middles by
     less than SMOOTH, or there are as many times as may be; those that are passed by most come first.
     """
-    if orbit.at is None or orbit.knots is None or orbit.is_section or len(orbit.times) < 2:
-        return orbit
-    sampled = orbit.at
-
-    def at(times: Floats) -> OrbitSolution:
-        return replace(orbit, **sampled(times))
-
-    last = orbit.times[-1]
-    times = orbit.times[: -1 : 1 + 2 * len(orbit.times) // most]
+    samples, at = orbit.samples, orbit.at
+    if at is None or orbit.knots is None or orbit.is_section or len(samples.times) < 2:
+        return samples
+    last = samples.times[-1]
+    times = samples.times[: -1 : 1 + 2 * len(samples.times) // most]
     knots = orbit.knots[:: 1 + 8 * len(orbit.knots) // most]
     if len(knots) > len(times):  # samples that are few may stand a whole period apart
         inside = knots[(knots > times[0]) & (knots < last)]
@@ -362,40 +332,8 @@ def curve(
     return at(times)
 
 
-def _met(
-    orbit: Orbit, crossing: Mapping[str, Values], solution: Solution, times: Floats, until: float | None
-) -> tuple[Solution, Floats, NDArray[np.bool_], tuple[float, str] | None, tuple[str, ...]]:
-    """Apply `until` and `section`: the solution to its end, times, which of them are kept, the end, remarks.
-
-    The end is about `until`, if ever; in a section, only the times of the section are kept.
-    """
-    end, remarks = None, list[str]()
-    if orbit.until is not None:
-        found = passes(crossing["orbit.until"], solution, "orbit.until")
-        if until is None:
-            end = (float(times[-1]), "duration")
-            remarks.append(
-                f"{equation(orbit.until.text)} is not passed within {times[-1]:.6g} s: the orbit is followed "
-                "to its whole duration"
-            )
-        else:
-            until = float(found.times[0]) if len(found.times) else until
-            end = (until, equation(orbit.until.text))
-            times = cut(times[:-1], until)
-            solution = replace(solution, knots=cut(solution.knots, until))
-        remarks += touching(orbit.until.text, found.touched[found.touched < times[-1]])
-    kept = np.ones(len(times), dtype=bool)
-    if orbit.section is not None:
-        found = passes(crossing["orbit.section.at"], solution, "orbit.section.at")
-        chosen = selected(found, orbit)
-        times = np.array(sorted({*times.tolist(), *chosen.tolist()}))
-        kept = np.isin(times, chosen)
-        remarks += touching(orbit.section.at.text, found.touched)
-    return solution, times, kept, end, tuple(remarks)
-
-
 def by_exponential(
-    derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
+    derivation: Derivation, initial: InitialState, orbit: Orbit, end: float, finer: float = 1.0
 ) -> Solution | None:
     """The motion of linear equations that do not change with time, where it has many variables or takes many
     steps; else None."""
@@ -404,15 +342,17 @@ def by_exponential(
     if asked or derivation.linear is None or derivation.explicit_time:
         return None
     rows, shift = derivation.linear
-    parts = ([e for row in rows for e in row], shift)
-    if any(TIME in e.names for part in parts for e in part):
+    if any(TIME in e.names for e in chain(*rows, shift)):
         return None
-    values, offset = ([e.evaluate(**initial.parameters) if e else 0.0 for e in part] for part in parts)
+    matrix, offset = (
+        np.array([e.evaluate(**initial.parameters) if e else 0.0 for e in part])
+        for part in (chain(*rows), shift)
+    )
     start = np.concatenate([initial.q, initial.p])
-    matrix = np.reshape(values, (len(start), -1))
+    matrix = matrix.reshape(len(start), -1)
     if len(initial.q) < FEW_COORDINATES and linear_flow.rate(matrix) * end < FEW_RADIANS:
         return None
-    found = linear_flow.solve(matrix, np.array(offset), start, end, finer)
+    found = linear_flow.solve(matrix, offset, start, end, finer)
     if found is None or not derivation.energy_changes:
         return found
 
@@ -423,15 +363,150 @@ def by_exponential(
     return replace(found, sample=sample, largest=np.append(found.largest, 0.0))
 
 
-def _require_range(solution: Solution, derivation: Derivation, initial: InitialState) -> None:
-    """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
-    for condition in () if derivation.branch is None else derivation.branch.conditions:
-        times = np.linspace(0.0, solution.knots[-1], LOOKS_AT_RANGE)
-        states = solution.at(times)[:, : 2 * len(initial.q)]
-        values = values_of_terms(condition, derivation.phase, initial.parameters)(times, *states.T)
-        outside = ~(values.sum(axis=0) > 0)
-        if outside.any():
-            time = times[int(np.argmax(outside))]
-            raise ComputationError(
-                f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
-            )
+# --- events: the end of an orbit, and the states of a Poincare section
+
+
+class Event(NamedTuple):
+    """A function of the state that passes zero: its key in the document, its text and its values (1 by k)."""
+
+    key: str
+    text: str
+    values: Values
+
+    def passes(self, solution: Solution) -> Events:
+        """The zeros along an orbit. Raises ComputationError where the function has no value before one."""
+        found = events(lambda times, states: self.values(times, states)[0], solution, TOUCHING)
+        ends = self.key == "orbit.until" and len(found.times) > 0
+        if found.gap is not None and not (ends and found.times[0] < found.gap):
+            raise ComputationError(f"`{self.key}` has no finite real value at t = {found.gap:.6g}")
+        return found
+
+    def touches(self, times: Floats) -> list[str]:
+        """A remark on the times at which the function comes to zero and goes back."""
+        if not len(times):
+            return []
+        more = f" and at {len(times) - 1} more times" if len(times) > 1 else ""
+        where = equation(self.text)
+        return [f"at t = {times[0]:.10g}{more} the orbit touches {where} and does not pass it"]
+
+
+def equation(text: str) -> str:
+    """What holds where an expression, or the difference of two sides, vanishes."""
+    return text if "=" in text else f"{text} = 0"
+
+
+def reach(follow: Callable[[float], Solution], event: Event, end: float) -> tuple[float, float | None]:
+    """The time to which an orbit is to be followed, and the first zero of an event before it, or None.
+
+    The orbit may stop behind its end: a planet that is followed to the surface of the sun would fall into it.
+    """
+    stopped: Stopped | None = None
+    try:
+        solution = follow(end)
+    except Stopped as stop:
+        if stop.time <= 0:
+            raise
+        stopped, solution = stop, follow(stop.time * (1 - BEFORE_STOP))
+    found = event.passes(solution)
+    if not len(found.times):
+        if stopped is not None:
+            raise stopped
+        return end, None
+    beyond = solution.knots[solution.knots > found.times[0]]
+    return float(beyond[:2][-1]) if len(beyond) else end, float(found.times[0])
+
+
+def ended(
+    event: Event, solution: Solution, times: Floats, until: float | None
+) -> tuple[Floats, str, list[str]]:
+    """The times of an orbit to its end, which is about `until` if ever, what holds there, and remarks."""
+    found, reason, remarks = event.passes(solution), equation(event.text), list[str]()
+    if until is None:
+        remarks.append(
+            f"{reason} is not passed within {times[-1]:.6g} s: the orbit is followed to its whole duration"
+        )
+        reason = "duration"
+    else:
+        times = cut(times[:-1], float(found.times[0]) if len(found.times) else until)
+    return times, reason, remarks + event.touches(found.touched[found.touched < times[-1]])
+
+
+def cut(times: Floats, end: float) -> Floats:
+    """The ascending times before an end, and the end itself."""
+    return np.append(times[times < end], end)
+
+
+def section_times(event: Event, solution: Solution, direction: str) -> tuple[Floats, list[str]]:
+    """The times of a section, and remarks. Raises ComputationError where there are none."""
+    found = event.passes(solution)
+    times = found.times if direction == "both" else found.times[found.upwards == (direction == "up")]
+    if not len(times):
+        way = {"up": " upwards", "down": " downwards", "both": ""}[direction]
+        others = f"; {len(found.times)} times the other way: `direction: both`" if len(found.times) else ""
+        raise ComputationError(
+            f"the orbit never passes {equation(event.text)}{way}, so that the section is empty",
+            hint=f"take a longer `orbit.duration`{others}",
+        )
+    return times, event.touches(found.touched)
+
+
+def step_of_events(asked: Orbit, orbit: OrbitSolution) -> Step:
+    """Say what is looked for along an orbit, how it is found, and what came out."""
+    sentence = (
+        "The function is looked at in 16 places of each step of the integration, and more closely where its "
+        "size is least, so that no two zeros between them are missed. Where its sign changes, the zero is "
+        "narrowed down on the solution between the steps by the Illinois method, to the digits of the orbit."
+    )
+    shown = list[Field]()
+    if asked.until is not None and orbit.end is not None:
+        time, reason = orbit.end
+        ends = _said("ends where" if reason != "duration" else "ends by its", reason)
+        shown += [_said("looked for", equation(asked.until.text)), Field("", time, "end", "t", "s"), ends]
+    if asked.section is not None:
+        way = {"up": "upwards", "down": "downwards", "both": "either way"}[asked.section.direction]
+        shown.append(_said("looked for", f"{equation(asked.section.at.text)}, passed {way}"))
+        shown.append(Field("", len(orbit.samples.times), "crossings"))
+    return Step("Events of the orbit", sentence, tuple(shown))
+
+
+def _said(title: str, words: str) -> Field:
+    return Field("", words, title, words=words)
+
+
+# --- motion to and fro
+
+
+def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libration | None:
+    """The motion to and fro of the only coordinate that is not cyclic, if it is such; `paths` are samples.
+
+    The momenta of cyclic coordinates are constant, so that the other coordinate moves by itself: in a central
+    field, r from one apsis to the other and back (L. Landau, E. Lifshitz, Mechanics, section 14).
+    """
+    phase = derivation.phase
+    (place,) = (k for k, q in enumerate(phase.coordinates) if q not in derivation.cyclic)
+    polynomial = None
+    with suppress(ExpressionError):
+        if derivation.hamiltonian is not None:
+            polynomial = coefficients(derivation.hamiltonian, [phase.momenta[place]])
+    if not has_degrees(polynomial, 0, 1, 2) or (2,) not in polynomial:
+        return None  # H is not quadratic in p
+    parts = [coefficient(polynomial, 1, *[0] * k) for k in (2, 1, 0)]
+    # The momenta of the cyclic coordinates stay what they are at the start.
+    constants = dict(zip(phase.momenta, map(float, initial.p), strict=True))
+    q, p = float(initial.q[place]), constants.pop(phase.momenta[place])
+    values = compiled(parts, [phase.coordinates[place]], {**initial.parameters, **constants})
+    a, b, c = values(np.zeros(1), np.array([q]))[:, 0]
+    energy = float((a * p + b) * p + c)
+
+    def function(places: Floats) -> tuple[Floats, Floats, Floats]:
+        a, b, c = values(np.zeros(len(places)), places)
+        return b**2 - 4 * a * (c - energy), a, b**2 + 4 * np.abs(a) * (np.abs(c) + abs(energy))
+
+    path = paths[:, place]
+    spread = float(np.ptp(path))
+    found = libration(function, q, max(spread, abs(q) / 100) / 8 or 1.0)
+    if found is None:
+        return None
+    first, last = found.turning_points
+    slack = BEYOND_TURNING * (last - first)
+    return found if first - slack <= path.min() and path.max() <= last + slack else None

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import starmap
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -41,7 +40,7 @@ from rigidcli.mechanics.small_oscillations import (
 )
 from rigidcli.mechanics.steady import routhian, steady_rates, written
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.common import celled, field_of, if_known, require_values
+from rigidcli.studies.common import celled, if_known, require_values
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import terms
 from rigidcli.studies.hamilton.system import (
@@ -49,9 +48,12 @@ from rigidcli.studies.hamilton.system import (
     derived_parameters,
     known_values,
     require_formulas,
+    row_of,
     style_of,
 )
 
+# Expressions by the names of coordinates, momenta or parameters.
+Named: TypeAlias = Mapping[str, Expr]
 # The key under which a document gives the equilibrium.
 EQUILIBRIUM_KEY = "equilibrium"
 # The largest force at an equilibrium that is found, in units of the terms of the forces at the start.
@@ -64,8 +66,7 @@ ZERO_COORDINATE = 1e-14
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 
 
-@dataclass(frozen=True, slots=True)
-class Oscillations:
+class Oscillations(NamedTuple):
     """An equilibrium `place`, the linear `motion` about it, and its `roots`, None if they have no form.
 
     A `steady` motion has its rates and momenta, the effective potential and the Routhian as results.
@@ -150,7 +151,12 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = dict.fromkeys(derivation.velocity_names, ZERO)
         _require_smooth([derivation.generator, *derivation.system.forces], momenta | there | still)
-        motion = _motion(left, there).changed(lambda e: tidy(without(e, place.assumed)))
+        if left.lagrange is not None:
+            motion = of_lagrange(left.lagrange, left.phase, left.velocity_names, there)
+        else:
+            slopes = ([derivative(e, name) for name in left.phase.names] for e in left.equations or ())
+            motion = LinearMotion.of_matrix([[tidy(substitute(e, there)) for e in row] for row in slopes])
+        motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
         steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
         raise document.refusal(
@@ -195,9 +201,7 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[st
     return dict(zip(phase.coordinates, forces, strict=True)), momenta
 
 
-def _given_place(
-    document: Document, equilibrium: Equilibrium, forces: Mapping[str, Expr]
-) -> EquilibriumPlace:
+def _given_place(document: Document, equilibrium: Equilibrium, forces: Named) -> EquilibriumPlace:
     """Check the equilibrium that is given. Raises DocumentError where it is none.
 
     Results are exact for all values of the parameters where the document is, or else for the given ones.
@@ -229,9 +233,7 @@ def _listed(forces: Mapping[str, float | Expr]) -> str:
     return ", ".join(f"the force along {name} is {text}" for name, text in written.items())
 
 
-def _found_place(
-    document: Document, equilibrium: Equilibrium, forces: Mapping[str, Expr]
-) -> EquilibriumPlace:
+def _found_place(document: Document, equilibrium: Equilibrium, forces: Named) -> EquilibriumPlace:
     """Search for an equilibrium near given values. Raises ComputationError where the search fails."""
     from scipy.optimize import root
 
@@ -271,21 +273,13 @@ def _found_place(
     return EquilibriumPlace(place, known_values(document), (note,))
 
 
-def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
+def _require_smooth(expressions: Sequence[Expr], there: Named) -> None:
     """Raise ExpressionError where `abs` and `sign` have their corner or jump: nothing is linear there."""
     for atom in {atom for e in expressions for atom in e.everywhere()}:
         if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
             (argument,) = atom.arguments
             if is_zero(substitute(argument, there)):
                 raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
-
-
-def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
-    lagrange, phase = derivation.lagrange, derivation.phase
-    if lagrange is not None:
-        return of_lagrange(lagrange, phase, derivation.velocity_names, there)
-    slopes = ([derivative(e, name) for name in phase.names] for e in derivation.equations or ())
-    return LinearMotion.of_matrix([[tidy(substitute(e, there)) for e in row] for row in slopes])
 
 
 def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
@@ -392,13 +386,11 @@ def _cyclic_momenta(
     return momenta | {momentum(steadily): found.momentum}, notes
 
 
-def _reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[str, Expr]) -> Derivation:
+def _reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Named) -> Derivation:
     """The system of the coordinates that do not turn, with these values of the momenta of the others."""
     phase, functions = derivation.phase, derivation.system
     assert derivation.hamiltonian is not None
-    assert derivation.velocities is not None
-    rates = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
-    turned = {velocity(q): substitute(rates[velocity(q)], momenta) for q in equilibrium.turning}
+    turned = {velocity(q): substitute(derivation.rates[velocity(q)], momenta) for q in equilibrium.turning}
     places = [k for k, q in enumerate(phase.coordinates) if q not in equilibrium.turning]
     forces = tuple(substitute(functions.forces[k], turned) for k in places)
     system = SystemFunctions(None, substitute(derivation.hamiltonian, momenta), forces=forces)
@@ -407,20 +399,15 @@ def _reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Mapping[
 
 
 def _steady(
-    document: Document,
-    equilibrium: Equilibrium,
-    derivation: Derivation,
-    momenta: Mapping[str, Expr],
-    there: Mapping[str, Expr],
+    document: Document, equilibrium: Equilibrium, derivation: Derivation, momenta: Named, there: Named
 ) -> list[Field]:
     """The results on a steady motion with these momenta; the other coordinates and momenta are `there`."""
-    assert derivation.velocities is not None
     is_exact = document.exact_results and not equilibrium.is_sought
-    rates = dict(zip(derivation.phase.coordinates, derivation.velocities, strict=True))
     place = {**there, **{name: substitute(p, there) for name, p in momenta.items()}}
     shown = []
     for q in equilibrium.turning:
-        for name, e in ((velocity(q), tidy(substitute(rates[q], place))), (momentum(q), place[momentum(q)])):
+        rate = tidy(substitute(derivation.rates[velocity(q)], place))
+        for name, e in ((velocity(q), rate), (momentum(q), place[momentum(q)])):
             value = e if is_exact or e.names else float(e)
             shown.append(celled(f"steady.{name}", value, f"steady, {name}", latex_name(name)))
     return shown + routhian_fields(document, derivation, equilibrium.turning)
@@ -434,4 +421,4 @@ def routhian_fields(document: Document, derivation: Derivation, cyclic: Collecti
     found = routhian(system.lagrangian, derivation.hamiltonian, phase, names, cyclic, given)
     potential = None if found is None else tidy(-substitute(found, dict.fromkeys(names, ZERO)))
     pairs = (("effective_potential", potential), ("routhian", found))
-    return [if_known(field_of("hamilton", key, e)) for key, e in pairs]
+    return [if_known(row_of(key, e)) for key, e in pairs]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -17,46 +18,45 @@ from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
 from rigidcli.language import code
 from rigidcli.language.text import latex_name
+from rigidcli.language.tree import ZERO
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from rigidcli.studies.hamilton import orbit_table
-from rigidcli.studies.hamilton.equations_of_motion import values_of_terms
+from rigidcli.studies.hamilton import Findings, orbit_table
+from rigidcli.studies.hamilton.equations_of_motion import Samples, compiled
 from rigidcli.studies.hamilton.linear_equations import in_numbers
 from rigidcli.studies.hamilton.orbit import OrbitSolution, curve
 from rigidcli.studies.hamilton.system import known_values
 
-if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.findings import Findings
-
-# The most coordinates or modes that one picture shows.
-MOST_PANELS = 6
+# The most coordinates or modes that one picture or replay shows.
+MOST_SHOWN = 6
 # Places along each side of the grid on which H is worked out for its contours.
 GRID = 161
 # Contours of H beside that of the orbit's energy.
 LEVELS = 9
-# A coordinate that varies by less than this over a section, in units of the largest, is held fixed by it.
-STILL = 1e-9
 # Rates of the force at which its response is drawn.
 RATES = 801
 # How far a phase portrait goes beyond the orbit, in units of the orbit's width.
 MARGIN = 0.35
+# What varies by less than this, in units of its size, is constant: a distance, or a coordinate in a section.
+CONSTANT = 1e-9
+# The most particles whose paths are drawn, and which are looked through for rods between them.
+MOST_TRACED = 12
+# The most states of a replay: a page with two coordinates has room for them all.
+MOST_REPLAYED = 7_500
+# How far a portrait goes in each direction to both sides, in units of its height to one side.
+WIDTHS = (1.6, 1.0, 1.0)
+# How far the axes of a portrait go beyond the orbit, in units of its own extent.
+FRAME = 1.15
 
 
 def path(findings: Findings) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
-    orbit = _required(findings.orbit)
-    if positions(findings.document, orbit) is None:
+    orbit, placed = _required(findings.orbit), positions(findings.document)
+    if placed is None:
         raise UsageError("it is drawn where `particles` have positions, and for the coordinates r and phi")
-
-    def placed(samples: OrbitSolution) -> Floats:
-        places = positions(findings.document, samples)
-        assert places is not None
-        return places.reshape(len(places), -1)
-
-    samples = placed(curve(orbit, placed))
-    places = samples.reshape(len(samples), -1, 3)
+    places = placed(curve(orbit, lambda samples: placed(samples).reshape(len(samples.times), -1)))
     extent = np.ptp(places.reshape(-1, 3), axis=0)
     if np.count_nonzero(extent) < 2:
         raise UsageError("it is drawn for motion that is not along a line")
@@ -75,68 +75,66 @@ def path(findings: Findings) -> Picture:
 
 def phase(findings: Findings) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
-    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
-    panels: list[Panel] = []
-    samples = curve(orbit, lambda samples: np.hstack([samples.coordinates, samples.momenta]))
-    for place, name in enumerate(names[:MOST_PANELS]):
-        path = np.column_stack([samples.coordinates[:, place], samples.momenta[:, place]])
-        energy = _contours(findings, orbit, path) if len(names) == 1 else []
-        named = not panels  # one legend is enough
-        drawn = Mark(_form(orbit), path, "orbit" if named else "", style=0)
-        marks = (*energy, drawn, Mark("dots", path[:1], "start" if named else "", style=1))
-        panels.append(Panel((_ruler(name), _ruler(f"p_{name}")), marks))
-    return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
-
-
-def series(findings: Findings) -> Picture:
-    """The coordinates in time."""
-    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
-    return _in_time(orbit, "series", "coordinates", names, lambda samples: samples.coordinates)
-
-
-def observables(findings: Findings) -> Picture:
-    """The observables in time."""
-    orbit = _required(findings.orbit)
-    keys = [key for key in orbit.further if key.startswith("observables.")]
-    if not keys:
-        raise UsageError("it is drawn for `observables`")
-
-    def values(samples: OrbitSolution) -> Floats:
-        return np.column_stack([samples.further[key] for key in keys])
-
-    return _in_time(orbit, "observables", "observables", [key.partition(".")[2] for key in keys], values)
-
-
-def _in_time(
-    orbit: OrbitSolution,
-    kind: str,
-    what: str,
-    names: Sequence[str],
-    values: Callable[[OrbitSolution], Floats],
-) -> Picture:
-    """A panel for each quantity with these names, whose `values` (k by m) samples have."""
-    samples, ruler = curve(orbit, values), PictureAxis("t", "t", "s")
-    lines = (np.column_stack([samples.times, x]) for x in values(samples).T)
-    shown = zip(names[:MOST_PANELS], lines, strict=False)
-    panels = tuple(Panel((ruler, _ruler(name)), (Mark(_form(orbit), line),)) for name, line in shown)
-    return Picture(kind, f"{what} in time{_of(names, what)}", panels)
+    phase, panels = findings.derivation.phase, []
+    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    for place, (axes, line) in enumerate(_lines(findings, pairs)):
+        energy = _contours(findings, line.points) if len(pairs) == 1 else []
+        # One legend is enough.
+        orbit, start = ("", "") if place else ("orbit", "start")
+        marks = (*energy, replace(line, label=orbit), Mark("dots", line.points[:1], start, style=1))
+        panels.append(Panel(axes, marks))
+    return _picture("phase", "phase portrait", panels, pairs, "coordinates")
 
 
 def section(findings: Findings) -> Picture:
     """The states of a section, as dots in the plane of each coordinate that moves and its momentum."""
-    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
+    orbit, phase = _required(findings.orbit), findings.derivation.phase
     if not orbit.is_section:
         raise UsageError("it is drawn for an `orbit.section`")
-    places = np.stack([orbit.coordinates, orbit.momenta])
+    samples, pairs = orbit.samples, [*zip(phase.coordinates, phase.momenta, strict=True)]
     # A coordinate that the section itself holds fixed has nothing to show.
-    spread = np.ptp(orbit.coordinates, axis=0)
-    shown = [place for place in range(len(names)) if spread[place] > STILL * np.abs(places).max()]
-    shown = (shown or [*range(len(names))])[:MOST_PANELS]
-    panels = tuple(
-        Panel((_ruler(names[place]), _ruler(f"p_{names[place]}")), (Mark("dots", places[:, :, place].T),))
-        for place in shown
-    )
-    return Picture("section", f"section with {len(orbit.times)} crossings", panels, _side(len(panels)))
+    size = max(np.abs(samples.coordinates).max(), np.abs(samples.momenta).max())
+    moving = np.ptp(samples.coordinates, axis=0) > CONSTANT * size
+    shown = [pair for pair, moves in zip(pairs, moving, strict=True) if moves] or pairs
+    panels = [Panel(axes, (line,)) for axes, line in _lines(findings, shown)]
+    return _picture("section", f"section with {len(samples.times)} crossings", panels)
+
+
+def series(findings: Findings) -> Picture:
+    """The coordinates in time."""
+    return _in_time(findings, "series", "coordinates", findings.derivation.phase.coordinates)
+
+
+def observables(findings: Findings) -> Picture:
+    """The observables in time."""
+    keys = (key.split(".", 1) for key in _required(findings.orbit).samples.further)
+    names = [name for kind, name in keys if kind == "observables"]
+    if not names:
+        raise UsageError("it is drawn for `observables`")
+    return _in_time(findings, "observables", "observables", names)
+
+
+def _in_time(findings: Findings, kind: str, what: str, names: Sequence[str]) -> Picture:
+    panels = [Panel(axes, (line,)) for axes, line in _lines(findings, [(TIME, name) for name in names])]
+    return replace(_picture(kind, f"{what} in time", panels, names, what), columns=1)
+
+
+def _lines(
+    findings: Findings, pairs: Sequence[tuple[str, str]]
+) -> Iterator[tuple[tuple[PictureAxis, ...], Mark]]:
+    """Axes for the first pairs of quantities, such as t and x, with the orbit in their plane."""
+    orbit, phase = _required(findings.orbit), findings.derivation.phase
+
+    def quantities(samples: Samples) -> dict[str, Floats]:
+        further = {key.partition(".")[2]: x for key, x in samples.further.items()}
+        variables = zip(phase.names, [*samples.coordinates.T, *samples.momenta.T], strict=True)
+        return {TIME: samples.times, **further, **dict(variables)}
+
+    names = {name for pair in pairs for name in pair if name != TIME}
+    shown = curve(orbit, lambda samples: np.column_stack([quantities(samples)[name] for name in names]))
+    values = quantities(shown)
+    for pair in pairs[:MOST_SHOWN]:
+        yield _axes(*pair), Mark(_form(orbit), np.column_stack([values[name] for name in pair]))
 
 
 def modes(findings: Findings) -> Picture:
@@ -144,27 +142,21 @@ def modes(findings: Findings) -> Picture:
     small = findings.oscillations
     if small is None or not small.modes:
         raise UsageError("it is drawn for the modes about an `equilibrium`")
-    names = tuple(small.place)
-    ticks = tuple(_ruler(name) for name in names)
-    panels = []
-    for number, (root, entries) in enumerate(small.modes[:MOST_PANELS], start=1):
-        known = _values(findings.document, [root.rate, *(x for entry in entries for x in entry)])
-        vector = [[float(substitute(x, known)) if isinstance(x, Expr) else x for x in z] for z in entries]
-        now, later = np.array(vector).T
-        parts = [(now, "", 0), (later, "a quarter later", 1)]
-        places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
-        rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
+    names, panels = tuple(small.place), []
+    rulers = (PictureAxis("", ticks=_axes(*names)), PictureAxis("displacement"))
+    places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
+    rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
+    for number, (root, entries) in enumerate(small.modes[:MOST_SHOWN], start=1):
+        rate, *vector = _numbers(findings.document, [root.rate, *(x for entry in entries for x in entry)])
+        now, later = np.reshape(vector, (-1, 2)).T
         marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
-        for lengths, label, style in parts if later.any() else parts[:1]:
+        for lengths, label, style in ((now, "", 0), (later, "a quarter later", 1)):
             for count, place in enumerate(np.flatnonzero(lengths)):
                 end = np.array([[place, 0.0], [place, lengths[place]]])
                 marks.append(Mark("arrow", end, "" if count else label, style=style))
-        rate = float(substitute(root.rate, known) if isinstance(root.rate, Expr) else root.rate)
-        kind = "rad/s" if root.angular else "1/s"
-        title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
-        panels.append(Panel((PictureAxis("", ticks=ticks), PictureAxis("displacement")), tuple(marks), title))
-    title = f"normal modes{_of(small.modes, 'modes')}"
-    return Picture("modes", title, tuple(panels), _side(len(panels)))
+        kind = f"{rate:.4g} {'rad/s' if root.angular else '1/s'}" if rate else "zero mode"
+        panels.append(Panel(rulers, tuple(marks), f"mode {number}: {kind}"))
+    return _picture("modes", "normal modes", panels, small.modes, "modes")
 
 
 def resonance(findings: Findings) -> Picture:
@@ -172,12 +164,11 @@ def resonance(findings: Findings) -> Picture:
     found, names = findings.driven, findings.derivation.phase.coordinates
     if found is None or not found.responses or found.responses[0].force.rate.is_zero:
         raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
-    force = found.responses[0].force
-    values = _values(findings.document, (*found.motion.entries, force.rate, *force.amplitudes))
-    m, c, k, f = in_numbers(found.motion, force, values)
+    force, document = found.responses[0].force, findings.document
+    own, *_ = _numbers(document, [force.rate, *force.amplitudes, *found.motion.entries])
+    m, c, k, f = in_numbers(found.motion, force, known_values(document))
     if not np.linalg.eigvalsh(c + c.T).min() > 0:
         raise UsageError("it is drawn for systems with damping")
-    own = float(substitute(force.rate, values))
     # The free motion is slower than the square root of the trace of M^-1 K.
     w = np.linspace(0.0, 1.5 * max(own, math.sqrt(abs(np.trace(np.linalg.solve(m, k))))), RATES)
     places = np.append(w, own)[:, None, None]
@@ -186,13 +177,22 @@ def resonance(findings: Findings) -> Picture:
     panels = []
     for title, unit, rows in (("amplitude", "", np.abs(answers)), ("phase", "rad", -np.angle(answers) + 0.0)):
         marks = list[Mark]()
-        for place, name in enumerate(names[:MOST_PANELS]):
+        for place, name in enumerate(names[:MOST_SHOWN]):
             label = name if len(names) > 1 else ""
             marks.append(Mark("line", np.column_stack([w, rows[:-1, place]]), label, style=place))
             marks.append(Mark("dots", np.array([[own, rows[-1, place]]]), style=place))
         rulers = (PictureAxis("rate of the force", r"\omega", "rad/s"), PictureAxis(title, "", unit))
         panels.append(Panel(rulers, tuple(marks)))
-    return Picture("resonance", f"response to a force{_of(names, 'coordinates')}", tuple(panels), 2)
+    return _picture("resonance", "response to a force", panels, names, "coordinates")
+
+
+def _picture(
+    kind: str, title: str, panels: Sequence[Panel], every: Sequence[object] = (), what: str = ""
+) -> Picture:
+    """A picture, whose title says if it shows the first only of `every` quantity of a kind."""
+    of = f" of the first {MOST_SHOWN} of {len(every)} {what}" if len(every) > MOST_SHOWN else ""
+    square = math.ceil(math.sqrt(len(panels)))
+    return Picture(kind, title + of, tuple(panels), square)
 
 
 def _form(orbit: OrbitSolution) -> Literal["line", "dots"]:
@@ -205,28 +205,20 @@ def _required(orbit: OrbitSolution | None) -> OrbitSolution:
     return orbit
 
 
-def _ruler(name: str) -> PictureAxis:
-    return PictureAxis(name, latex_name(name))
+def _axes(*names: str) -> tuple[PictureAxis, ...]:
+    return tuple(PictureAxis(name, latex_name(name), "s" if name == TIME else "") for name in names)
 
 
-def _of(shown: Sequence[object], what: str) -> str:
-    return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
-
-
-def _side(count: int) -> int:
-    return 1 if count == 1 else 2 if count <= 4 else 3
-
-
-def _values(document: Document, expressions: Iterable[float | Expr]) -> dict[str, Expr]:
-    """The values of the parameters. Raises UsageError where a symbol of the expressions has none."""
+def _numbers(document: Document, values: Sequence[float | Expr]) -> list[float]:
+    """The values as numbers. Raises UsageError where a symbol has no value."""
     known = known_values(document)
-    used = {name for e in expressions if isinstance(e, Expr) for name in e.names}
+    used = {name for e in values if isinstance(e, Expr) for name in e.names}
     if missing := sorted(used - known.keys()):
         raise UsageError(f"no value is given for {', '.join(missing)}")
-    return known
+    return [float(substitute(e, known)) if isinstance(e, Expr) else e for e in values]
 
 
-def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:
+def _contours(findings: Findings, path: Floats) -> list[Mark]:
     """Lines of constant H in the plane of the one coordinate; none where H has no formula, or changes."""
     derivation, hamiltonian = findings.derivation, findings.derivation.hamiltonian
     if hamiltonian is None or derivation.explicit_time:
@@ -236,8 +228,8 @@ def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Ma
     x, y = np.linspace(low - room, high + room, GRID).T
     parameters = {name: float(value) for name, value in findings.document.values.items()}
     states = np.column_stack([np.tile(x, GRID), np.repeat(y, GRID)])
-    values = values_of_terms(hamiltonian, derivation.phase, parameters)
-    heights = values(np.zeros(len(states)), *states.T).sum(axis=0).reshape(GRID, GRID)
+    height = compiled([hamiltonian], derivation.phase.names, parameters)
+    heights = height(np.zeros(len(states)), *states.T).reshape(GRID, GRID)
     finite = heights[np.isfinite(heights)]
     if not len(finite) or not finite.min() < finite.max():
         return []
@@ -245,47 +237,33 @@ def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Ma
     levels = tuple(float(level) for level in np.unique(others))
     marks = [Mark("contours", (x, y, heights), "other energies H", quiet=True, levels=levels)]
     if not derivation.energy_changes:
-        energy = float(orbit.energy[0])
+        energy = float(_required(findings.orbit).samples.energy[0])
         marks.append(Mark("contours", (x, y, heights), "H of the orbit", style=1, levels=(energy,)))
     return marks
 
 
-# The most coordinates whose values are read off, and whose phase portraits can be chosen.
-MOST_SHOWN = 6
-# The most particles whose paths are drawn, and which are looked through for rods between them.
-MOST_TRACED = 12
-# The most states of a replay: a page with two coordinates has room for them all.
-MOST_REPLAYED = 7_500
-# A distance that changes by less than this, in units of the size of the motion, is that of a rod.
-RIGID = 1e-9
-# A range below this, in units of the values, is that of rounding: it is not drawn out to fill a portrait.
-CONSTANT = 1e-9
-# How far a portrait goes in each direction to both sides, in units of its height to one side.
-WIDTHS = (1.6, 1.0, 1.0)
-# How far the axes of a portrait go beyond the orbit, in units of its own extent.
-FRAME = 1.15
+# --- the replay
 
 
 def scene_of(findings: Findings) -> Scene | None:
     """Make the replay of an orbit; None where there is one moment only, or a section."""
-    document, orbit, system = findings.document, findings.orbit, findings.document.system
-    if orbit is None or orbit.is_section or len(orbit.times) < 2 or system is None:
+    orbit, names = findings.orbit, findings.derivation.phase.coordinates
+    if orbit is None or orbit.is_section or len(orbit.samples.times) < 2:
         return None
-    names, placed = system.coordinates, positions(document, orbit) is not None
+    placed = positions(findings.document)
 
-    def shown(samples: OrbitSolution) -> Floats:
-        places = positions(document, samples)
-        moved = [] if places is None else [places.reshape(len(places), -1)]
-        return np.hstack([*moved, samples.coordinates, samples.momenta])
+    def shown(samples: Samples) -> Floats:
+        places = [] if placed is None else [placed(samples).reshape(len(samples.times), -1)]
+        return np.hstack([*places, samples.coordinates, samples.momenta])
 
     path = curve(orbit, shown, MOST_REPLAYED)
-    stages = [*_particles(document, path)]
+    stages = [] if placed is None else [_particles(placed(path))]
     for place, name in enumerate(names[:MOST_SHOWN]):
-        values = np.column_stack([path.coordinates[:, place], path.momenta[:, place]])
-        stages.append(_portrait(values, (name, f"p_{name}"), f"phase portrait of {name}"))
-    if not placed and len(names) in (2, 3):
+        plane = np.column_stack([path.coordinates[:, place], path.momenta[:, place]])
+        stages.append(_portrait(plane, (name, f"p_{name}"), f"phase portrait of {name}"))
+    if placed is None and len(names) in (2, 3):
         stages.append(_portrait(path.coordinates, names, f"orbit in {', '.join(names)}"))
-    (table,) = orbit_table(findings._replace(orbit=path))
+    (table,) = orbit_table(replace(findings, orbit=orbit._replace(samples=path)))
     return Scene("the orbit in time", path.times, _readings(names, table), tuple(stages))
 
 
@@ -298,11 +276,8 @@ def _readings(names: tuple[str, ...], table: Table) -> Table:
     return Table("", "the orbit", shown, data=True)
 
 
-def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
-    """The particles in space, with their paths, and rods where distances do not change."""
-    places = positions(document, orbit)
-    if places is None:
-        return
+def _particles(places: Floats) -> Stage:
+    """The particles (n, k, 3) in space, with their paths, and rods where distances do not change."""
     count = places.shape[1]
     parts = [Part(Mark("line", rod, quiet=True), "sampled", group="rods") for rod in _rods(places)]
     for index, label in enumerate(path_names(count)):
@@ -311,37 +286,34 @@ def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
     if count > MOST_TRACED:
         parts.append(Part(Mark("dots", places[:, MOST_TRACED:], "further particles", style=5), "sampled"))
     parts.append(Part(Mark("dots", np.zeros((1, 3)), "origin", quiet=True)))
-    yield Stage("the particles", tuple(parts), not places[:, :, 2].any())
+    return Stage("the particles", tuple(parts), not places[:, :, 2].any())
 
 
-def positions(document: Document, orbit: OrbitSolution) -> Floats | None:
-    """The particles of the system along its orbit (n, k, 3); None where no positions are given.
+def positions(document: Document) -> Callable[[Samples], Floats] | None:
+    """What tells the places (n, k, 3) of the particles along an orbit; None where no positions are given.
 
     Without particles it is the one of the polar coordinates r and phi, if these are the coordinates.
     """
     system = document.system
     assert system is not None
     placed = [one.position for one in system.particles or () if one.position is not None]
-    if not placed:
-        return _polar(system.coordinates, orbit.coordinates)
-    parameters = {name: float(value) for name, value in document.values.items()}
-    expressions = [path for position in placed for path in position]
-    flow = code.function(expressions, [TIME, *system.coordinates], parameters)
-    rows = iter(columns(flow)(orbit.times, *orbit.coordinates.T))
-    places = np.zeros((len(orbit.times), len(placed), 3))
-    for index, position in enumerate(placed):
-        for axis in range(len(position)):
-            places[:, index, axis] = next(rows)
-    return places
-
-
-def _polar(names: Sequence[str], values: Floats) -> Floats | None:
-    """The place in the plane (n, 1, 3) of polar coordinates (n, 2); None for other coordinates."""
+    names = list(system.coordinates)
     angle = next((name for name in ("phi", "varphi", "theta") if {*names} == {"r", name}), None)
+    if placed:
+        parameters = {name: float(value) for name, value in document.values.items()}
+        paths = [path for position in placed for path in (*position, ZERO, ZERO)[:3]]
+        flow = columns(code.function(paths, [TIME, *names], parameters))
+        return lambda samples: (
+            flow(samples.times, *samples.coordinates.T).reshape(len(placed), 3, -1).transpose(2, 0, 1)
+        )
     if angle is None:
         return None
-    r, phi = values[:, names.index("r")], values[:, names.index(angle)]
-    return np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros_like(r)], axis=-1)[:, None]
+
+    def polar(samples: Samples) -> Floats:
+        r, phi = (samples.coordinates[:, names.index(name)] for name in ("r", angle))
+        return np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros_like(r)], axis=-1)[:, None]
+
+    return polar
 
 
 def path_names(count: int) -> list[str]:
@@ -355,7 +327,7 @@ def _rods(places: Floats) -> Iterator[Floats]:
     size = float(np.ptp(ends, axis=0).max())
     for i, j in combinations(range(ends.shape[1]), 2):
         length = np.linalg.norm(ends[:, i] - ends[:, j], axis=1)
-        if np.ptp(length) <= RIGID * size and length[0]:
+        if np.ptp(length) <= CONSTANT * size and length[0]:
             yield ends[:, [i, j]]
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from itertools import combinations, islice
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -19,28 +17,21 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
-from rigidcli.document.phase_space import Transform
+from rigidcli.document.phase_space import acceleration
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
-from rigidcli.language.tree import Formula, Name, Negative, Node, Product, Sum, bound
-from rigidcli.mechanics.canonical import Generated
+from rigidcli.language.tree import Formula, Name, Negative, Product, Sum, bound
 from rigidcli.mechanics.particles import turning, velocity
 from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies import writing
 from rigidcli.studies.axes.steps import reduced, solution
-from rigidcli.studies.hamilton import constraints, sections
+from rigidcli.studies.hamilton import Findings
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Findings
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
-from rigidcli.studies.hamilton.system import as_typed, known_values
-from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
+from rigidcli.studies.hamilton.system import LONGEST_FORMULA, as_typed, known_values, titled
 
-# The longest formula that is shown, in characters: a longer one teaches nothing.
-LONGEST_FORMULA = 300
-# Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule.
-MOST_BRACKETS = 6
 # Particles whose positions are shown: those of further ones follow the same rule.
 MOST_PARTICLES = 3
 # How the keys of results begin that come after the multipliers of constraints.
@@ -57,7 +48,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     if findings.oscillations is not None or is_still:
         repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
-        shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
+        shown = _under(fields, "lagrangian")
         bodies = any(particle.moments for particle in system.particles)
         turns = " and, of a body in space, of I omega^2/2 over its principal axes" * bodies
         way = f"The velocities are the rates of the positions, T is the sum of m v^2/2{turns}, and "
@@ -65,49 +56,57 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
     of_constraints = OF_CONSTRAINTS if system.constraints else ()
     constrained = [entry for entry in fields if entry.key.startswith(of_constraints)]
-    for part in PARTS if derivation.momenta is not None else PARTS[3:]:
+    for part in PARTS if derivation.definitions else PARTS[3:]:
         if part.title == "Matrix form" and constrained:
-            yield from constraints.steps(derivation, list(map(_titled, constrained)))
+            yield from _of_constraints(derivation, list(map(titled, constrained)))
         shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
         shown = [entry for entry in shown if entry not in constrained]
         listed = tuple(table for table in tables if table.key in part.keys)
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
         sentence = part.sentence.format(part.forces[derivation.is_forced])
-        shown = list(part.arranged(findings, shown)) if shown else []
-        yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
+        # What leads to the roots of a matrix stands behind it.
+        given = [entry for entry in shown if entry.key in ("matrix", "offset")]
+        leads = part.leads(findings) if shown else ()
+        shown = [*given, *leads, *shown[len(given) :]]
+        yield Step(part.title, sentence, tuple(map(titled, shown)), listed)
     if findings.driven is not None:
         yield from findings.driven.steps()
     if findings.observed is not None:
         yield from findings.observed.steps(derivation)
     if findings.transform is not None:
-        yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
+        yield from findings.transform.steps(fields)
     if findings.oscillations is not None:
         if findings.oscillations.steady:
-            kinds = ("routhian", "effective_potential", "steady")
-            shown = [e for kind in kinds for e in fields if e.key.partition(".")[0] == kind]
+            shown = _under(fields, "routhian", "effective_potential", "steady")
             sentence = (
                 "The momenta of the cyclic coordinates are constants. R = L - sum p v over these coordinates "
                 "depends on the others alone, V_eff = -R at rest, and motion is steady where all slopes of "
                 "V_eff vanish."
             )
-            yield Step("Steady motion", sentence, tuple(map(_titled, shown)))
-        place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
+            yield Step("Steady motion", sentence, tuple(shown))
+        place = _under(fields, "equilibrium")
         yield from _of_oscillations(findings.oscillations, findings.document, place)
     asked, orbit = findings.document.orbit, findings.orbit
     if asked is not None and orbit is not None and asked.events:
-        yield from sections.steps(asked, orbit.end, len(orbit.times))
+        from rigidcli.studies.hamilton.orbit import step_of_events
+
+        yield step_of_events(asked, orbit)
     if derivation.hamiltonian is None:
         return
     named = [entry.value for entry in fields if entry.key == "invariant_names"]
-    for name, e in zip(*named, findings.invariants or (), strict=True):
+    for name, e in zip(*named, derivation.invariants or (), strict=True):
         title = reading(e.tree()) if name is None else f"{name[0].upper()}{name[1:]}"
         yield _bracket(title, e, derivation.hamiltonian, derivation.phase)
 
 
+def _under(fields: Sequence[Field], *keys: str) -> list[Field]:
+    """The results under these keys, as lines of the working."""
+    return [titled(entry) for key in keys for entry in fields if entry.key.partition(".")[0] == key]
+
+
 def _energies(derivation: Derivation) -> Iterator[Field]:
-    system, phase = derivation.system, derivation.phase
-    rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
+    system, rates = derivation.system, derivation.velocity_of
     several = len(system.particles) > 1
     for number, particle in enumerate(system.particles[:MOST_PARTICLES], 1):
         paths = dict(zip("xyz", particle.position, strict=False))
@@ -128,49 +127,55 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
     yield Field("", system.potential, "V", "V")
 
 
-def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """Show dL/dqdot, its rate, and dL/dq, of which Lagrange's equations are made, and then the equations."""
-    derivation = findings.derivation
-    lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
+def _slopes(findings: Findings) -> Iterator[Field]:
+    """The derivatives dL/dqdot, their rates, and dL/dq, of which Lagrange's equations are made."""
+    derivation, names = findings.derivation, findings.derivation.velocity_names
+    lagrangian = derivation.system.lagrangian
     assert lagrangian is not None
     assert derivation.lagrange is not None
-    rates = (*names, *derivation.lagrange.names)
-    moving = dict(zip((*phase.coordinates, *names), rates, strict=True))
-    for q, v in zip(phase.coordinates, names, strict=True):
-        momentum = tidy(derivative(lagrangian, v))
-        parts = {f"dL/d{v}": momentum, f"d/dt dL/d{v}": velocity(momentum, moving)}
-        parts[f"dL/d{q}"] = tidy(derivative(lagrangian, q))
-        signs = (rf"\partial L/\partial {latex_name(x)}" for x in (v, v, q))
-        for (title, e), sign in zip(parts.items(), signs, strict=True):
+    moving = derivation.velocity_of | dict(zip(names, derivation.lagrange.names, strict=True))
+    for q, v in derivation.velocity_of.items():
+        momentum, slope = tidy(derivative(lagrangian, v)), rf"\partial L/\partial {latex_name(v)}"
+        parts = (
+            (f"dL/d{v}", momentum, slope),
+            (
+                f"d/dt dL/d{v}",
+                velocity(momentum, moving),
+                rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}}\,{slope}",
+            ),
+            (f"dL/d{q}", tidy(derivative(lagrangian, q)), rf"\partial L/\partial {latex_name(q)}"),
+        )
+        for title, e, sign in parts:
             if len(str(e)) <= LONGEST_FORMULA:
-                rate = r"\frac{\mathrm{d}}{\mathrm{d}t}\," if title.startswith("d/dt") else ""
-                yield Field("", e, title, rate + sign)
-    yield from shown
+                yield Field("", e, title, sign)
 
 
-def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """Show the sum of p_q qdot, less L, with the velocities put in, and then the H that it comes to."""
+def _substituted(findings: Findings) -> Iterator[Field]:
+    """The sum of p_q qdot, less L, with the velocities put in."""
     derivation, lagrangian = findings.derivation, findings.derivation.system.lagrangian
-    if lagrangian is not None and derivation.velocities is not None:
-        trees = [velocity.tree() for velocity in derivation.velocities]
-        terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
-        inner = bound(lagrangian.tree(), dict(zip(derivation.velocity_names, trees, strict=True)))
-        whole = Sum((*terms, Negative(inner)))
+    if lagrangian is not None and derivation.rates:
+        trees = {name: rate.tree() for name, rate in derivation.rates.items()}
+        pairs = zip(derivation.phase.momenta, trees.values(), strict=True)
+        terms = [Product((Name(p), tree)) for p, tree in pairs]
+        whole = Sum((*terms, Negative(bound(lagrangian.tree(), trees))))
         if len(reading(whole)) <= LONGEST_FORMULA:
             yield Field("", Formula(whole, exact=True), "p_q qdot - L", r"\sum p_q\dot q - L")
-    yield from shown
 
 
-def _with_polynomial(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """Show the matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
-    given = [entry for entry in shown if entry.key in ("matrix", "offset")]
-    yield from given
-    yield from _of_matrix(given[0].value, findings.document)
-    yield from shown[len(given) :]
+def _characteristic(findings: Findings) -> Iterator[Field]:
+    """The polynomial det(A - lambda 1), where people are shown A and it does not change with the time."""
+    matrix, _ = findings.derivation.linear or ([], [])
+    names = {name for row in matrix for e in row for name in e.names}
+    if len(matrix) <= MOST_COLUMNS and TIME not in names:
+        unknown = writing.free_name(("lambda", "Lambda"), frozenset(names))
+        x = symbol(unknown)
+        shifted = [[e - x if i == j else e for j, e in enumerate(row)] for i, row in enumerate(matrix)]
+        head = rf"\det(\mathbf{{A}} - \{unknown}\mathbf{{1}})"
+        yield from _polynomial(shifted, unknown, findings.document, f"det(A - {unknown} 1)", head)
 
 
 class _Part(NamedTuple):
-    """A step shows the results and tables that have its `keys`, `arranged` with what leads to these.
+    """A step shows the results and tables that have its `keys`, after what `leads` to them.
 
     The sentence has a place for words that depend on whether there are no `forces` beside L, or some.
     """
@@ -178,7 +183,7 @@ class _Part(NamedTuple):
     title: str
     sentence: str
     keys: tuple[str, ...]
-    arranged: Callable[[Findings, list[Field]], Iterable[Field]] = lambda findings, shown: shown
+    leads: Callable[[Findings], Iterable[Field]] = lambda findings: ()
     forces: tuple[str, str] = ("", "")
 
 
@@ -215,7 +220,7 @@ PARTS = (
         "The equations are linear in the coordinates and momenta, which are the entries of z. A root i w of "
         "the polynomial is an oscillation at the rate w; motion grows at one with a positive real part.",
         ("matrix", "offset", "frequencies", "stability"),
-        _with_polynomial,
+        _characteristic,
     ),
     _Part(
         "Energy",
@@ -224,6 +229,39 @@ PARTS = (
         forces=("", ", plus the power of the forces"),
     ),
 )
+
+
+def _of_constraints(derivation: Derivation, shown: list[Field]) -> Iterator[Step]:
+    """Lead from the constraints to their multipliers; `shown` are the results on them."""
+    limits, phase = derivation.system.constraints, derivation.phase
+    matrix = np.array([one.slopes for one in limits], dtype=object)
+    rates = [Field("", one.expression, one.name, latex_name(one.name)) for one in limits]
+    yield Step(
+        "Constraints",
+        "These vanish. The entry a_ji of the matrix A is the derivative of the j-th by the i-th coordinate, "
+        "or by its velocity where the constraint has velocities. It acts on that coordinate with the force "
+        "lambda_j a_ji, which stands in the equations already.",
+        (*rates, Field("", matrix, "A", r"\mathbf{A}")),
+    )
+    second = []
+    for one in limits:
+        moved = total(a * symbol(acceleration(q)) for a, q in zip(one.slopes, phase.coordinates, strict=True))
+        if not one.has_velocities:
+            second.append(Field("", one.rate, f"{one.name}, once: 0 =", "0"))
+        times = "once" if one.has_velocities else "twice"
+        second.append(Field("", moved + one.turning, f"{one.name}, {times}: 0 =", "0"))
+    yield Step(
+        "Differentiated constraints",
+        "The constraints hold all the time, so that their derivatives by the time vanish, too. They are "
+        "differentiated until there are accelerations in them.",
+        tuple(second),
+    )
+    yield Step(
+        "Multipliers",
+        "The accelerations of Lagrange's equations are put into the differentiated constraints, which are "
+        "solved for the multipliers. These give the forces of constraint, and the accelerations.",
+        tuple(shown),
+    )
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
@@ -237,114 +275,17 @@ def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
 
 def _belongs(entry: Field, part: _Part) -> bool:
     """Whether the result belongs to this part, and has something to show."""
-    if entry.key.partition(".")[0] not in part.keys:
+    value = entry.value
+    if entry.key.partition(".")[0] not in part.keys or value is None:
         return False
-    if entry.key == "offset" and isinstance(entry.value, np.ndarray) and not any(entry.value.flat):
+    if entry.key == "offset" and not any(value.flat):
         return False
-    if entry.value is None:
-        return False
-    return bool(entry.words) or not (isinstance(entry.value, bool | list) or np.size(entry.value) == 0)
+    return bool(entry.words) or not (isinstance(value, bool | list) or np.size(value) == 0)
 
 
-def _titled(entry: Field) -> Field:
-    """The result with a title: its own, or else the last part of its key."""
-    if entry.title.strip():
-        return replace(entry, key="", cells={})
-    name = entry.key.rpartition(".")[2]
-    return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))
-
-
-def _of_transform(
-    document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
-) -> Iterator[Step]:
-    assert document.transform is not None
-    asked = document.transform.model_copy(update={"new_variables": transform.names})
-    values, pairs, phase = given_side(document, asked, old, transform.generated)
-    if transform.generated is not None:
-        yield _of_generating(document.transform, transform.generated, fields)
-    for (a, b), (name, result) in islice(
-        zip(combinations(pairs.names, 2), transform.brackets.items(), strict=True), MOST_BRACKETS
-    ):
-        slopes = {(x, y): tidy(derivative(values[x], y)) for x in (a, b) for y in phase.names}
-        shown = [
-            Field("", e, f"d{x}/d{y}", rf"\partial {latex_name(x)}/\partial {latex_name(y)}")
-            for (x, y), e in slopes.items()
-            if not e.is_zero
-        ]
-        terms = list[Node]()
-        for q, p in zip(phase.coordinates, phase.momenta, strict=True):
-            # dA/dq dB/dp - dA/dp dB/dq, before it is worked out
-            first, second = ([slopes[a, x], slopes[b, y]] for x, y in ((q, p), (p, q)))
-            terms += [Product((first[0].tree(), first[1].tree()))] if all(first) else []
-            terms += [Negative(Product((second[0].tree(), second[1].tree())))] if all(second) else []
-        whole = writing.total(terms)
-        sign = rf"\{name[:-1]}\}}"
-        if len(reading(whole)) <= LONGEST_FORMULA:
-            shown.append(Field("", Formula(whole, exact=True), name, sign))
-        if reading(whole) != reading(result.tree()):
-            shown.append(Field("", result, name, sign))
-        yield Step(
-            f"Bracket {name}",
-            f"The bracket of A and B is the sum of dA/dq dB/dp - dA/dp dB/dq, here over the pairs of "
-            f"{' and '.join(phase.names)}. The change is canonical only if this one is "
-            f"{transform.canonical[name]}.",
-            tuple(shown),
-        )
-    if transform.hamiltonian is not None:
-        timed = (
-            " The change depends on the time: what makes the new variables move at fixed old ones is added."
-        )
-        sentence = "The old variables are put into H as functions of the new ones."
-        sentence += timed if any(TIME in e.names for e in values.values()) else ""
-        sentence += " The derivatives of the new H are the new equations."
-        keys = ("transform.hamiltonian", "transform.equations.")
-        shown = [_titled(entry) for entry in fields if entry.key.startswith(keys)]
-        yield Step("Hamiltonian in the new variables", sentence, tuple(shown))
-
-
-# What follows from each type of generating function.
-_RELATIONS = {
-    "F1": "p = dF/dq and P = -dF/dQ",
-    "F2": "p = dF/dq and Q = dF/dP",
-    "F3": "q = -dF/dp and P = -dF/dQ",
-    "F4": "q = -dF/dp and Q = dF/dP",
-}
-
-
-def _of_generating(transform: Transform, generated: Generated, fields: Sequence[Field]) -> Step:
-    assert transform.generating is not None
-    kind, function = transform.generating
-    sentence = f"A generating function of type {kind} gives {_RELATIONS[kind]}."
-    solved = next((side for side in ("old", "new") if getattr(generated, side) is not None), None)
-    sentence += f" These relations are solved for the {solved} variables." if solved else ""
-    keys = ("transform.change.", *([f"transform.{solved}."] if solved else []))
-    relations = [
-        replace(_titled(entry), title=name, symbol=latex_name(name))
-        for entry in fields
-        for key in keys
-        if entry.key.startswith(key) and (name := entry.key.removeprefix(key))
-    ]
-    shown = Field("", Formula(function.root, exact=True), kind, f"{kind[0]}_{kind[1]}")
-    return Step("Generating function", sentence, (shown, *relations))
-
-
-def _of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
-    """Show det(A - lambda 1), where people are shown the matrix A and it does not change with the time."""
-    names = {name for row in matrix for e in row for name in e.names}
-    if len(matrix) > MOST_COLUMNS or TIME in names:
-        return []
-    unknown = writing.free_name(("lambda", "Lambda"), frozenset(names))
-    x = symbol(unknown)
-    shifted = [[e - x if i == j else e for j, e in enumerate(row)] for i, row in enumerate(matrix)]
-    head = rf"\det(\mathbf{{A}} - \{unknown}\mathbf{{1}})"
-    return list(_polynomial(shifted, unknown, document, f"det(A - {unknown} 1)", head))
-
-
-def _of_oscillations(
-    oscillations: Oscillations, document: Document, place: Sequence[Field]
-) -> Iterator[Step]:
+def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Field]) -> Iterator[Step]:
     """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
-    motion = oscillations.motion
+    motion = small.motion
     names = frozenset(name for e in motion.entries for name in e.names)
     is_free, is_small = not any(e for row in motion.rates for e in row), len(motion.masses) <= MOST_COLUMNS
     unknown = writing.free_name(("omega", "Omega") if is_free else ("s", "S", "sigma"), names)
@@ -360,7 +301,10 @@ def _of_oscillations(
         way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
         title = f"det(M {unknown}^2 + C {unknown} + K)"
         head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
-    fields = [_matrix(name, part, document) for name, part in named.items()] if is_small else []
+    fields = list[Field]()
+    for name, part in named.items() if is_small else ():
+        kind = float if _is_numeric([e for row in part for e in row], document) else object
+        fields.append(Field("", np.array(part, dtype=kind), name, rf"\mathbf{{{name}}}"))
     fields += _polynomial(matrix, unknown, document, title, head)
     yield Step(
         "Small oscillations",
@@ -368,14 +312,14 @@ def _of_oscillations(
         (*place, *fields),
     )
     if is_free and is_small:
-        yield from _vectors(oscillations, document, unknown)
+        yield from _vectors(small, document, unknown)
 
 
-def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
+def _vectors(small: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
     """Show the equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
-    motion, names, number = oscillations.motion, list(oscillations.place), 1
+    motion, names, number = small.motion, list(small.place), 1
     known = known_values(document)
-    for root in oscillations.roots or ():
+    for root in small.roots or ():
         n = EXACT if isinstance(root.rate, Expr) else FLOAT
         if isinstance(root.rate, Expr) and root.rate.style.decimal:
             number += len(root.vectors)  # a rounded rate solves no equations
@@ -404,11 +348,6 @@ def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> It
 
 def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
     return not document.exact_results and not any(e.names or e.unknown for e in entries)
-
-
-def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
-    kind = float if _is_numeric([e for row in matrix for e in row], document) else object
-    return as_typed([Field("", np.array(matrix, dtype=kind), name, rf"\mathbf{{{name}}}")], document)[0]
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:

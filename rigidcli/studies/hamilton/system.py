@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,14 +17,24 @@ from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import Style, is_even, to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
-from rigidcli.document.system import System
+from rigidcli.document.system import Particle, System
 from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
+from rigidcli.language.text import latex_name
 from rigidcli.language.tree import Formula, Negative, Power, Product, Sum, nodes
 from rigidcli.mechanics.lagrange_equations import Constraint, constraint, first_dependent, reactions
-from rigidcli.mechanics.particles import MovingBody, kinetic, unnatural
+from rigidcli.mechanics.particles import MovingBody, unnatural
+from rigidcli.mechanics.particles import kinetic as kinetic_energy
 from rigidcli.mechanics.phase_space import TIME, linear
 from rigidcli.report import Field
+from rigidcli.studies.common import field_of
+
+# The row of results.csv with this key as a field, with its value, words for it, and changes.
+row_of = partial(field_of, "hamilton")
+# Makes an expression under a key of the system exact; None for None.
+_Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
+# The longest formula of the working, in characters: a longer one teaches nothing.
+LONGEST_FORMULA = 300
 
 
 class SystemFunctions(NamedTuple):
@@ -45,10 +56,6 @@ class SystemFunctions(NamedTuple):
     particles: tuple[MovingBody, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     sums: tuple[Expr, ...] = ()
-
-
-_Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
-"""Makes an expression under a key of the system exact; None for None."""
 
 
 def system_functions(document: Document) -> SystemFunctions:
@@ -122,22 +129,52 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
     if hamiltonian is not None:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
     lagrangian, kinetic = read(system.lagrangian, "lagrangian"), read(system.kinetic, "kinetic")
-    potential = read(system.potential, "potential") or ZERO
-    particles: tuple[MovingBody, ...] = ()
+    potential, bodies = read(system.potential, "potential") or ZERO, tuple[MovingBody, ...]()
     if system.particles is not None:
-        particles, kinetic, potential, natural, reason = _from_particles(system, potential, read)
+        places = [(particle, f"particles.{k}") for k, particle in enumerate(system.particles)]
+        bodies = tuple(_body(particle, where, read) for particle, where in places)
+        kinetic = kinetic_energy(bodies, dict(zip(system.coordinates, system.velocities, strict=True)))
+        added = (read(particle.potential, f"{where}.potential") or ZERO for particle, where in places)
+        potential = total([potential, *added])
+        driven = next(_driven(system.particles, bodies), None)
+        natural, reason = driven is None, "the positions follow from the coordinates without the time"
+        reason = reason if driven is None else f"the time is in the position {driven}"
     elif kinetic is not None:
         wrong = unnatural(kinetic, system.velocities)
         natural, reason = wrong is None, "T is homogeneous of degree 2 in the velocities, without the time"
-        if wrong is not None:
-            reason = f"T has {wrong}, as it has not in natural coordinates"
+        reason = reason if wrong is None else f"T has {wrong}, as it has not in natural coordinates"
     else:
         reason = "L alone does not tell T from V: give `kinetic` and `potential`, or `particles`"
         return SystemFunctions(lagrangian, reason=reason)
-    if lagrangian is None:
-        lagrangian = kinetic - potential
-    at_rest = _without_magnetic_terms(potential, system)
-    return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason, particles=particles)
+    # A magnetic field, in terms linear in the velocities, does no work, and is no energy.
+    parts = linear([potential], system.velocities)
+    at_rest = potential if parts is None else parts[1][0]
+    lagrangian = kinetic - potential if lagrangian is None else lagrangian
+    return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason, particles=bodies)
+
+
+def _body(particle: Particle, where: str, read: _Read) -> MovingBody:
+    """A particle or a body of a document, which stands under the key `where`."""
+
+    def one(key: str) -> Expr | None:
+        return read(getattr(particle, key), f"{where}.{key}")
+
+    def each(key: str) -> tuple[Expr, ...]:
+        entries = enumerate(getattr(particle, key) or ())
+        return tuple(read(e, f"{where}.{key}.{place}") or ZERO for place, e in entries)
+
+    mass, moment, angle = map(one, ("mass", "moment_of_inertia", "angle"))
+    return MovingBody(mass, each("position"), moment, angle, each("moments"), each("euler"))
+
+
+def _driven(particles: Sequence[Particle], bodies: Sequence[MovingBody]) -> Iterator[str]:
+    """The positions and angles that depend on the time, as they are typed."""
+    for particle, body in zip(particles, bodies, strict=True):
+        typed = *(particle.position or ()), particle.angle, *(particle.euler or ())
+        paths = *body.position, body.angle, *body.euler
+        for given, path in zip(typed, paths, strict=True):
+            if given is not None and path is not None and not is_zero(derivative(path, TIME)):
+                yield given.text
 
 
 def require_formulas(document: Document, expressions: Iterable[Expr], what: str) -> None:
@@ -172,45 +209,6 @@ def known_values(document: Document) -> dict[str, Expr]:
     return known
 
 
-def _from_particles(
-    system: System, potential: Expr, read: _Read
-) -> tuple[tuple[MovingBody, ...], Expr, Expr, bool, str]:
-    """The particles, T, V, whether the coordinates are natural, and why."""
-    particles, potentials, driven = [], [potential], []
-    for index, particle in enumerate(system.particles or ()):
-        where = f"particles.{index}"
-        paths = {f"position.{i}": path for i, path in enumerate(particle.position or ())}
-        components = [read(path, f"{where}.{key}") for key, path in paths.items()]
-        position = tuple(path for path in components if path is not None)
-        moment = read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
-        angle = read(particle.angle, f"{where}.angle")
-        mass = read(particle.mass, f"{where}.mass")
-        moments, euler = (
-            [read(e, f"{where}.{key}.{i}") or ZERO for i, e in enumerate(getattr(particle, key) or ())]
-            for key in ("moments", "euler")
-        )
-        particles.append(MovingBody(mass, position, moment, angle, tuple(moments), tuple(euler)))
-        potentials.append(read(particle.potential, f"{where}.potential") or ZERO)
-        driven += [
-            given.text
-            for given, path in (
-                *zip((*paths.values(), particle.angle), (*position, angle), strict=True),
-                *zip(particle.euler or (), euler, strict=True),
-            )
-            if given is not None and path is not None and not is_zero(derivative(path, TIME))
-        ]
-    velocities = dict(zip(system.coordinates, system.velocities, strict=True))
-    reason = "the positions follow from the coordinates without the time"
-    reason = f"the time is in the position {driven[0]}" if driven else reason
-    return tuple(particles), kinetic(particles, velocities), total(potentials), not driven, reason
-
-
-def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
-    """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
-    parts = linear([potential], system.velocities)
-    return potential if parts is None else parts[1][0]
-
-
 # What the text of a decimal has, and no other part of an expression.
 DECIMAL = re.compile(r"\.\d|\de-")
 
@@ -239,7 +237,11 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
         if isinstance(part, Power) and isinstance(part.base, Sum) and is_even(part.exponent):
             terms = [from_tree(term, values) for term in part.base.terms]
             typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
-            if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
+            if isinstance(typed.terms[0], Negative) or not isinstance(square, Power):
+                continue
+            # The square may have the negatives of the terms.
+            both = {*typed.terms}, {-term for term in typed.terms}
+            if isinstance(square.base, Sum) and {*square.base.terms} in both:
                 sums.setdefault(square.base, typed)
     for root in (equation.expression.root for equation in (system.constraints or {}).values()):
         if isinstance(root, Sum):
@@ -248,13 +250,6 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             if isinstance(whole, Sum) and {*whole.terms} == {*typed.terms}:
                 sums.setdefault(whole, typed)
     return sums
-
-
-def _has_terms(written: Sum, typed: Sum) -> bool:
-    """Whether one sum has the terms of the other in another order, or their negatives, the first positive."""
-    if isinstance(typed.terms[0], Negative):
-        return False
-    return {*written.terms} in ({*typed.terms}, {-term for term in typed.terms})
 
 
 def _styled(entry: Field, style: Style) -> Field:
@@ -276,3 +271,11 @@ def _styled(entry: Field, style: Style) -> Field:
                 return value
 
     return replace(entry, value=changed(entry.value))
+
+
+def titled(entry: Field, title: str = "") -> Field:
+    """A result as a line of the working: with a `title`, its own one, or the last part of its key."""
+    if not title and entry.title.strip():
+        return replace(entry, key="", cells={})
+    name = title or entry.key.rpartition(".")[2]
+    return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))

@@ -2,53 +2,184 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from typing import NamedTuple
 
 from rigidcli.algebra.arithmetic import sign
+from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute
+from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language.text import latex_name, reading
+from rigidcli.language.tree import Formula, Negative, Node, Product
 from rigidcli.mechanics import canonical
-from rigidcli.mechanics.canonical import Generated, NewHamiltonian, added_by_forces
+from rigidcli.mechanics.canonical import Generated, added_by_forces
 from rigidcli.mechanics.canonical import generated as generated_by
-from rigidcli.mechanics.phase_space import Phase, equations
+from rigidcli.mechanics.phase_space import TIME, Phase, equations
+from rigidcli.report import Field, Step
+from rigidcli.studies import writing
+from rigidcli.studies.common import field_of, if_known
+from rigidcli.studies.hamilton import by_name, named, rate_named
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.studies.hamilton.system import LONGEST_FORMULA, derived_parameters, known_values, titled
+
+# Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule.
+MOST_BRACKETS = 6
+# What follows from each type of generating function.
+RELATIONS = {
+    "F1": "p = dF/dq and P = -dF/dQ",
+    "F2": "p = dF/dq and Q = dF/dP",
+    "F3": "q = -dF/dp and P = -dF/dQ",
+    "F4": "q = -dF/dp and Q = dF/dP",
+}
 
 
-@dataclass(frozen=True, slots=True)
-class TransformedSystem:
-    """New `names` (coordinates, then momenta), the fundamental brackets, and what `canonical` ones are.
+class TransformedSystem(NamedTuple):
+    """New `names` (coordinates, then momenta), and the fundamental brackets of the variables that are given.
 
-    All holds under the `conditions`. H and its equations in the new variables are None where the change is
-    not canonical, or where no way leads to them. `generated` is what a generating function makes.
+    These have `values` on the phase space of the others, `phase`; a canonical change has the brackets
+    `canonical`. All holds under the `conditions`. H and its equations in the new variables are None where the
+    change is not canonical, or where no way leads to them. `generated` is what a generating function makes.
     """
 
+    transform: Transform
     names: tuple[str, ...]
-    brackets: dict[str, Expr]
-    canonical: dict[str, Expr]
-    conditions: tuple[str, ...]
-    hamiltonian: Expr | None
-    equations: tuple[Expr, ...] | None
-    generated: Generated | None = None
+    values: Mapping[str, Expr]
+    phase: Phase
+    generated: Generated | None
+    brackets: Mapping[tuple[str, str], Expr]
+    canonical: Mapping[tuple[str, str], Expr]
+    conditions: tuple[str, ...] = ()
+    hamiltonian: Expr | None = None
+    equations: tuple[Expr, ...] | None = None
 
     @property
-    def wrong(self) -> list[str]:
-        """The names of the brackets that a canonical change does not have."""
-        return [name for name, e in self.brackets.items() if e != self.canonical[name]]
+    def wrong(self) -> list[tuple[str, str]]:
+        """The pairs whose brackets a canonical change does not have."""
+        return [pair for pair, e in self.brackets.items() if e != self.canonical[pair]]
+
+    def fields(self) -> list[Field]:
+        """Say whether the change is canonical, and report H and its equations in the new variables."""
+        wrong, where = {pair: self.brackets[pair] for pair in self.wrong}, ", ".join(self.conditions)
+        words = f"yes, where {where}" if where else "yes"
+        if wrong:
+            texts = {pair: reading(to_tree(e)) for pair, e in wrong.items()}
+            only = (f"{text} = 1" for text in texts.values())
+            listed = (f"{_text(pair)} is {text}, not {self.canonical[pair]}" for pair, text in texts.items())
+            # Symbols may have values at which all of them are 1.
+            may_be_one = all(self.canonical[pair] == 1 and e.names for pair, e in wrong.items())
+            words = f"only if {', '.join(only)}" if may_be_one else f"no: {', '.join(listed)}"
+        return [
+            field_of("hamilton", "transform.canonical", not wrong, words=words),
+            field_of("hamilton", "transform.conditions", list(self.conditions)),
+            *self._relations(),
+            *(
+                Field(f"transform.brackets.{_text(pair)}", e, _text(pair), _sign(pair))
+                for pair, e in self.brackets.items()
+            ),
+            if_known(field_of("hamilton", "transform.hamiltonian", self.hamiltonian)),
+            *by_name("transform.equations", self.names, self.equations, rate_named),
+        ]
+
+    def _relations(self) -> Iterator[Field]:
+        """The change that a generating function makes; people see one side, and nothing twice."""
+        if self.generated is None:
+            return
+        relations, sides = self.generated.relations, {"old": self.generated.old, "new": self.generated.new}
+        yield from by_name("transform.change", relations, relations.values(), named)
+        solved = self._solved
+        for key, side in sides.items():
+            repeated = [name for name, e in (side or {}).items() if key != solved or relations.get(name) == e]
+            titles = partial(named, hidden=repeated)
+            values = None if side is None else side.values()
+            yield from by_name(f"transform.{key}", side or (), values, titles)
 
     @property
-    def open_brackets(self) -> list[Expr]:
-        """The wrong brackets, if symbols may have values at which all of them are 1, as they have to be."""
-        wrong = {name: self.brackets[name] for name in self.wrong}
-        may_be_one = all(self.canonical[name] == 1 and e.names for name, e in wrong.items())
-        return list(wrong.values()) if may_be_one else []
+    def _solved(self) -> str | None:
+        """The variables for which the relations of a generating function are solved, at first."""
+        return next((side for side in ("old", "new") if getattr(self.generated, side) is not None), None)
+
+    def notes(self) -> Iterator[str]:
+        """What is not found, and under which conditions H is written."""
+        if self.generated is not None and self._solved is None:
+            yield (
+                "the relations of the generating function are not solved for the old variables or the new "
+                "ones: the change stays implicit, and so does K = H + dF/dt"
+            )
+        elif not self.wrong and self.hamiltonian is None:
+            yield (
+                "H in the new variables is not found: H has not one form, or the old variables do not follow "
+                "from the new ones by equations that are solved one by one"
+            )
+        if self.conditions:
+            yield f"H in the new variables is written for {' and '.join(self.conditions)}"
+
+    def steps(self, fields: Sequence[Field]) -> Iterator[Step]:
+        """Lead to the brackets and to H in the new variables; `fields` are all results."""
+        if self.transform.generating is not None:
+            kind, function = self.transform.generating
+            sentence = f"A generating function of type {kind} gives {RELATIONS[kind]}."
+            if self._solved:
+                sentence += f" These relations are solved for the {self._solved} variables."
+            shown = [Field("", Formula(function.root, exact=True), kind, f"{kind[0]}_{kind[1]}")]
+            for entry in fields:
+                for key in ("change", self._solved):
+                    if entry.key.startswith(f"transform.{key}."):
+                        name = entry.key.split(".", 2)[2]
+                        shown.append(titled(entry, name))
+            yield Step("Generating function", sentence, tuple(shown))
+        for pair in islice(self.brackets, MOST_BRACKETS):
+            yield Step(
+                f"Bracket {_text(pair)}",
+                f"The bracket of A and B is the sum of dA/dq dB/dp - dA/dp dB/dq, here over the pairs of "
+                f"{' and '.join(self.phase.names)}. The change is canonical only if this one is "
+                f"{self.canonical[pair]}.",
+                tuple(self._worked(pair)),
+            )
+        if self.hamiltonian is not None:
+            sentence = "The old variables are put into H as functions of the new ones."
+            if any(TIME in e.names for e in self.values.values()):
+                sentence += " The change depends on the time: what makes the new variables move at fixed old "
+                sentence += "ones is added."
+            sentence += " The derivatives of the new H are the new equations."
+            keys = ("transform.hamiltonian", "transform.equations.")
+            shown = [titled(entry) for entry in fields if entry.key.startswith(keys)]
+            yield Step("Hamiltonian in the new variables", sentence, tuple(shown))
+
+    def _worked(self, pair: tuple[str, str]) -> Iterator[Field]:
+        """The derivatives of two variables, and their bracket before it is worked out, and after."""
+        (a, b), phase, result = pair, self.phase, self.brackets[pair]
+        slopes = {(x, y): tidy(derivative(self.values[x], y)) for x in pair for y in phase.names}
+        for (x, y), e in slopes.items():
+            if e:
+                yield Field("", e, f"d{x}/d{y}", rf"\partial {latex_name(x)}/\partial {latex_name(y)}")
+        terms = list[Node]()
+        for q, p in zip(phase.coordinates, phase.momenta, strict=True):
+            for x, y in ((q, p), (p, q)):
+                factors = slopes[a, x], slopes[b, y]
+                term = Product((factors[0].tree(), factors[1].tree()))
+                terms += [term if x == q else Negative(term)] if all(factors) else []
+        whole = writing.total(terms)
+        if len(reading(whole)) <= LONGEST_FORMULA:
+            yield Field("", Formula(whole, exact=True), _text(pair), _sign(pair))
+        if reading(whole) != reading(result.tree()):
+            yield Field("", result, _text(pair), _sign(pair))
+
+
+def _text(pair: tuple[str, str]) -> str:
+    return f"{{{pair[0]}, {pair[1]}}}"
+
+
+def _sign(pair: tuple[str, str]) -> str:
+    return rf"\{{{pair[0]}, {pair[1]}\}}"
 
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
@@ -67,67 +198,53 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
 def _transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     old, known, hamiltonian = derivation.phase, known_values(document), derivation.hamiltonian
     new, generated = Phase(transform.coordinates, transform.momenta), None
+    derived = derived_parameters(document)
+    # Relations that stay implicit have neither side.
+    values: Mapping[str, Expr] = {}
     if transform.generating is not None:
         kind, function = transform.generating
-        generated = generated_by(kind, from_tree(function.root, derived_parameters(document)), old, new)
-    values, pairs, phase = given_side(document, transform, old, generated)
-    if not values:  # the relations stay implicit; a change that follows from a function is canonical
-        return TransformedSystem(new.names, {}, {}, (), None, None, generated)
-    brackets = canonical.brackets(values, pairs, phase)
+        generated = generated_by(kind, from_tree(function.root, derived), old, new)
+        is_old, values = generated.old is not None, generated.old or generated.new or {}
+    else:
+        is_old, given = transform.old is not None, transform.old or transform.new or {}
+        values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
+    pairs, phase = (old, new) if is_old else (new, old)
+    brackets = canonical.brackets(values, pairs, phase) if values else {}
     expected = {pair: canonical.expected(*pair, pairs) for pair in brackets}
+    if not values:  # a change that follows from a function is canonical
+        return TransformedSystem(transform, new.names, values, phase, generated, brackets, expected)
     free = {pair: e - expected[pair] for pair, e in brackets.items()}
     rate = None if generated is None else generated.rate
     new_h, negative = None, {name for name, value in known.items() if sign(value) != 1}
     # For all values of the parameters, or else for the given ones.
-    for given in ({}, known) if known else ({},):
-        misses = {pair: substitute(miss, given) for pair, miss in free.items()}
+    for given_values in ({}, known) if known else ({},):
+        misses = {pair: substitute(miss, given_values) for pair, miss in free.items()}
         needed = canonical.positive_names(misses.values(), phase.names)
         needed = None if needed is None or negative.intersection(needed) else needed
         if needed is not None and hamiltonian is not None:
-            there = {name: substitute(value, given) for name, value in values.items()}
-            added = None if rate is None else substitute(rate, given)
+            there = {name: substitute(value, given_values) for name, value in values.items()}
+            timed = None if rate is None else substitute(rate, given_values)
             with suppress(ComputationError, ExpressionError):
-                new_h = canonical.new_hamiltonian(substitute(hamiltonian, given), there, old, new, added)
+                h = substitute(hamiltonian, given_values)
+                new_h = canonical.new_hamiltonian(h, there, old, new, timed)
         if new_h is not None and negative.isdisjoint(new_h.positive):
             break
         new_h = None
     assumed = dict.fromkeys([*(needed or ()), *(() if new_h is None else new_h.positive)])
+    moved = None if new_h is None else equations(new_h.hamiltonian, new)
+    if moved and new_h is not None and derivation.is_forced and derivation.rates:
+        added = added_by_forces(derivation.forces_of(derivation.rates), new_h.old, old, new)
+        moved = tuple(rate + force for rate, force in zip(moved, added, strict=True))
     wrong = [] if needed is not None else [pair for pair, miss in misses.items() if not is_zero(miss)]
-    shown = {pair: tidy(e) if pair in wrong else expected[pair] for pair, e in brackets.items()}
     return TransformedSystem(
+        transform,
         new.names,
-        {f"{{{a}, {b}}}": e for (a, b), e in shown.items()},
-        {f"{{{a}, {b}}}": e for (a, b), e in expected.items()},
+        values,
+        phase,
+        generated,
+        {pair: tidy(e) if pair in wrong else expected[pair] for pair, e in brackets.items()},
+        expected,
         tuple(f"{name} > 0" for name in assumed if name not in known),
         None if new_h is None else new_h.hamiltonian,
-        None if new_h is None else _equations(new_h, new, derivation),
-        generated,
+        moved,
     )
-
-
-def given_side(
-    document: Document, transform: Transform, old: Phase, generated: Generated | None
-) -> tuple[Mapping[str, Expr], Phase, Phase]:
-    """The given variables as functions of the other ones, the names of the given ones, and of the others.
-
-    Those of a generating function are the old ones, else the new ones, else none.
-    """
-    new = Phase(transform.coordinates, transform.momenta)
-    if generated is not None:
-        is_old = generated.old is not None
-        found = generated.old if is_old else generated.new
-        return (found or {}, old, new) if is_old else (found or {}, new, old)
-    given = transform.old if transform.old is not None else transform.new
-    assert given is not None
-    derived = derived_parameters(document)
-    values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    return (values, old, new) if transform.old is not None else (values, new, old)
-
-
-def _equations(new_h: NewHamiltonian, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
-    free = equations(new_h.hamiltonian, new)
-    if not derivation.is_forced or derivation.velocities is None:
-        return free
-    forces = derivation.forces_of(derivation.velocities)
-    added = added_by_forces(forces, new_h.old, derivation.phase, new)
-    return tuple(rate + force for rate, force in zip(free, added, strict=True))
