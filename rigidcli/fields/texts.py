@@ -29,7 +29,7 @@ NOT_READ = frozenset(
 CONVERT_HINT = "save it as STL in the program that made it, or in one that converts meshes"
 
 # The kinds of binary files, by the bytes with which they begin.
-_BINARY_FILES = {
+BINARY_FILES = {
     b"%PDF": "a PDF",
     b"PK\x03\x04": "a document of Word or another office program, or an archive (zip)",
     b"\xd0\xcf\x11\xe0": "a document of an old office program",
@@ -42,7 +42,7 @@ _PLAIN_TEXT = (
 )
 # What is said of files that are no texts, and the cures, by the bytes with which they begin.
 _NO_TEXTS = {LFS_POINTER: _LFS_PROBLEM} | {
-    begin: (f"this is {kind}, expected plain text", _PLAIN_TEXT) for begin, kind in _BINARY_FILES.items()
+    begin: (f"this is {kind}, expected plain text", _PLAIN_TEXT) for begin, kind in BINARY_FILES.items()
 }
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how a text in UTF-16 begins, as `>` of PowerShell writes it
 
