@@ -91,8 +91,8 @@ def find(document: Document, progress: Progress, followed: OrbitSolution | None)
 
         found.oscillations = oscillations(document, document.equilibrium, derivation)
     if document.orbit is not None:
-        from rigidcli.studies.hamilton.equations_of_motion import initial_state
         from rigidcli.studies.hamilton.orbit import period, solve_orbit
+        from rigidcli.studies.hamilton.start import initial_state
 
         require_values(document, "an orbit")
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
@@ -153,7 +153,7 @@ def run(
 
         result = replace(result, scene=scene_of(findings))
     if program:
-        from rigidcli.studies.hamilton.equations_of_motion import DRIFTS, program_of
+        from rigidcli.studies.hamilton.program import DRIFTS, program_of
 
         equations = program_of(findings, result.name)
         drifts = [f"in the program {DRIFTS}"] if findings.derivation.system.constraints else []

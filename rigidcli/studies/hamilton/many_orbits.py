@@ -29,7 +29,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     InitialState,
     compiled,
     equations_of_motion,
-    initial_state,
 )
 from rigidcli.studies.hamilton.orbit import (
     NAME,
@@ -40,6 +39,7 @@ from rigidcli.studies.hamilton.orbit import (
     parts_of,
     scales,
 )
+from rigidcli.studies.hamilton.start import initial_state
 
 # Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other.
 FEWEST = 16
