@@ -105,20 +105,23 @@ class Failures:
 
 @contextlib.contextmanager
 def progress(pulse: float | None = None, is_shown: bool = True) -> Iterator[Callable[[float], None]]:
-    """A context in which long work shows the share that is done, on standard error if that is a terminal.
+    """A context in which long work shows the share that is done, and about how long all of it takes.
 
-    With a `pulse` (s), the elapsed time is shown again after each such interval, also without a new share.
+    It is shown on standard error if that is a terminal. With a `pulse` (s), the elapsed time is shown again
+    after each such interval, also without a new share.
     """
     terminal = sys.stderr
     if terminal is None or not terminal.isatty() or not is_shown:
         yield lambda fraction: None
         return
-    begin, done, share, text = time.monotonic(), threading.Event(), "", ""
+    begin, done, share, whole, text = time.monotonic(), threading.Event(), "", "", ""
 
     def show(fraction: float | None = None) -> None:
-        nonlocal share, text
-        share = share if fraction is None else f"{fraction:4.0%}"
-        text = f"{share} {time.monotonic() - begin:.0f} s"
+        nonlocal share, whole, text
+        elapsed = time.monotonic() - begin
+        if fraction:
+            share, whole = f"{fraction:4.0%}", f" of about {elapsed / fraction:.0f} s"
+        text = f"{share} {elapsed:.0f} s{whole}".ljust(len(text))
         print(f"\r{text}\r", end="", file=terminal, flush=True)
 
     def beat() -> None:

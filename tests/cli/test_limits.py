@@ -135,7 +135,7 @@ def test_a_terminal_is_told_that_the_work_goes_on(monkeypatch: pytest.MonkeyPatc
         show(0.5)
         time.sleep(0.1)
     shown = terminal.getvalue()
-    assert " 50% 0 s\r" in shown
+    assert " 50% 0 s of about 0 s\r" in shown
     assert shown.endswith(" \r")
     time.sleep(0.05)
     assert terminal.getvalue() == shown
@@ -165,3 +165,17 @@ def test_each_further_percent_is_told(
         for share in shares:
             done(share)
     assert re.findall(r"\d+%", terminal.getvalue()) == told
+
+
+def test_a_terminal_is_told_how_long_all_of_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    clock = iter([100.0, 110.0, 118.0, 120.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    with progress() as show:
+        for share in (0.25, 0.5, 0.5):
+            show(share)
+    assert [line.strip() for line in terminal.getvalue().split("\r") if line.strip()] == [
+        "25% 10 s of about 40 s",
+        "50% 18 s of about 36 s",
+        "50% 20 s of about 40 s",
+    ]
