@@ -163,11 +163,13 @@ class Environment:
         amount = self._amount(text, dimension, variables)
         if amount is not None:
             return amount
-        names = (*self.declared, *variables)
+
+        def is_known(reading: Expression) -> bool:
+            return all(name in self.declared or name in variables for name in reading.names)
 
         def fits(reading: Expression) -> bool:
             try:
-                if reading.names.issubset(names):
+                if is_known(reading):
                     self._check_dimension(reading, dimension)
                     return True
             except ValueProblem:
@@ -175,8 +177,8 @@ class Environment:
             return False
 
         functions = None if self.names.coordinates is None else self.names.functions
-        expression = parse(text, functions, words_of(names), fits)
-        cure = None if expression.names.issubset(names) else quantity_meant(text)
+        expression = parse(text, functions, words_of((*self.declared, *variables)), fits)
+        cure = None if is_known(expression) else quantity_meant(text)
         if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
             hint = f"write `{cure}`"
             raise ExpressionError(f"read {shown(text)}, expected a decimal number and a unit", hint=hint)

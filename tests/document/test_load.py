@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rigidcli.document.document import Document
 from rigidcli.document.load import load, loads
@@ -303,7 +304,7 @@ def test_a_bad_row_of_a_points_file_is_told_with_both_places(tmp_path: Path) -> 
     assert "cloud.csv:3" in message
 
 
-# --- however many problems there are, time and space to tell them grow as their number
+# --- however many problems there are, they are told in a few times the time that PyYAML takes to read the text
 
 
 def parameters(entries: list[str]) -> str:
@@ -321,9 +322,11 @@ def parameters(entries: list[str]) -> str:
     ],
     ids=["undeclared", "used", "circles", "types", "keys"],
 )
-def test_very_many_problems_are_told_in_linear_time_and_space(text: str) -> None:
+def test_very_many_problems_are_told_in_bounded_time_and_space(text: str) -> None:
     start = time.process_time()
     with pytest.raises(DocumentError) as caught:
         loads(text)
     assert len(str(caught.value)) < 30 * len(text)
-    assert time.process_time() - start < 2
+    told = time.process_time()
+    yaml.safe_load(text)
+    assert told - start < 12 * (time.process_time() - told)
