@@ -311,12 +311,8 @@ def _kind(schema: Schema) -> str:
         return f"{', '.join(values)} or {last}" if values else last
     if entries := schema.get("prefixItems"):
         first, *others = dict.fromkeys(map(_entry, entries))
-        each = "".join(f", then {other} each" for other in others)
-        return (
-            f"a list of {len(entries)}: {first}{each}"
-            if others
-            else f"a list of {len(entries)}, each {first}"
-        )
+        further = "".join(f", then {other} each" for other in others)
+        return f"a list of {len(entries)}{':' if others else ', each'} {first}{further}"
     if schema.get("type") == "array" and "items" in schema:
         return f"a list of entries, each {_entry(schema['items'])}"
     types = schema.get("type", [])

@@ -304,7 +304,7 @@ def test_a_bad_row_of_a_points_file_is_told_with_both_places(tmp_path: Path) -> 
     assert "cloud.csv:3" in message
 
 
-# --- however many problems there are, they are told in a few times the time that PyYAML takes to read the text
+# --- however many problems there are, they are told in a few times the time of PyYAML
 
 
 def parameters(entries: list[str]) -> str:
