@@ -54,8 +54,9 @@ def report(
     """
     fields = tuple(fields)
     for field in () if document.arithmetic.exact else fields:
-        _require_representable(field)
-        field.value = _unsigned(field.value)
+        if field.value is not None:
+            _require_representable(field)
+            field.value = _unsigned(field.value)
     name, every = called(document.name, document.source), (*document.notes, *notes)
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
     head = f"rigidcli.{study}/1", name, document.source, COMMANDS[study].title

@@ -8,6 +8,7 @@ import resource
 import subprocess
 import sys
 import time
+import timeit
 from functools import partial
 from importlib.util import find_spec
 
@@ -49,9 +50,10 @@ orbit: {initial: {x: 1, p_x: 0}, duration: 60}
 @pytest.mark.parametrize("case", PUMPED.values(), ids=PUMPED.keys())
 def test_what_needs_too_many_steps_is_refused_in_seconds(case: tuple[str, str], program: Program) -> None:
     command, document = case
+    pace = timeit.timeit("for i in range(10**6): i * 1.5", number=1, timer=time.process_time)
     begin = time.process_time()
     outcome = program(command, "-f", "csv", "-", stdin=document)
-    assert time.process_time() - begin < 10
+    assert time.process_time() - begin < 300 * pace  # some 10 s
     assert (outcome.code, outcome.out) == (4, "")
     assert "needs more than 1,000,000 steps" in outcome.err
     assert "have come to t = " in outcome.err

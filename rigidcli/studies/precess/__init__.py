@@ -25,6 +25,13 @@ UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether 
 # The keys of results of the nutation that have a shorter name in `core`.
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 Sections: TypeAlias = dict[str, dict[str, Value]]  # results by section and key
+# The results that are no tables, and the field that stands for each where the document lacks its section:
+# its columns of CSV are empty.
+_COLUMNS = {
+    entry.key: Field("", None, unit=entry.unit, cells=entry.cells)
+    for entry in RESULTS["precess"]
+    if entry.title
+}
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -72,14 +79,12 @@ def _scene(document: Document) -> Scene | None:
 
 def _fields(sections: Sections) -> Iterator[Field]:
     """All results: the columns of CSV are empty for a section that the document lacks."""
-    for entry in RESULTS["precess"]:
-        section, _, key = entry.key.partition(".")
-        if not entry.title:  # it is a table
-            continue
+    for name, missing in _COLUMNS.items():
+        section, _, key = name.partition(".")
         if section not in sections:
-            yield Field("", None, unit=entry.unit, cells=entry.cells)
+            yield missing
             continue
-        field = if_known(field_of("precess", entry.key, sections[section].get(key)))
+        field = if_known(field_of("precess", name, sections[section].get(key)))
         if key == "minimum_spin" and sections[section].get("slow_rate") is not None:
             field.diagnostic = True  # it is of interest where the top is too slow
         elif key == "sleeping" and isinstance(tilt := sections["top"].get("tilt"), float):
