@@ -159,9 +159,11 @@ _ONE_SPELLING = rules(
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
 )
+# A subject that claims nothing by itself: `I doubt that it is stable` is left to a person.
 _SUBJECT = re.compile(
-    rf"^(?:(?:(?!(?:{'|'.join(TRUTH)}|not|none|never|neither|nothing|nor|nicht|or|oder)\b)[\w()]+ ){{0,7}}"
-    r"(?:is|ist|est|es|(?:will|should|must) be) )+"
+    r"^(?:(?:(?:body|top|system|motion|rotation|orbit|equilibrium|state|point|position|class|type|answer|it"
+    r"|this|about|around|of|for|at|here|so|then|intermediate|axis|e ?[123]|[xyz]|körper|kreisel|bewegung"
+    r"|drehung) )*(?:is|ist|est|es|(?:will|should|must) be) )+"
 )
 _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
 _REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")  # what stands before a reason
