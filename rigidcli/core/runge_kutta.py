@@ -281,7 +281,7 @@ def rounding_errors(
 
 @cache
 def _moves(count: int, measured: int) -> Floats:
-    """Factors (1 + n by moves by 1) of the time and of n variables, of which the `measured` ones move.
+    """Factors (1 + n by moves by 1) of the time and of n variables; those that are `measured` move.
 
     They are near 1, and move any two variables to the same side, and to different ones.
     """

@@ -53,7 +53,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         place = (problem.path, problem.code == UNKNOWN_KEY)
         is_shorter = kind == "missing" and isinstance(path[-1], int)  # the last entry that lacks tells of all
         first = explained.get(place)
-        # That a text stands in quotes is told of one that has no other problem.
+        # A text is told to stand in quotes only where it has no other problem.
         if first is None or not first.hint or first.code == "parse_error" or is_shorter:
             explained[place] = problem
     cured = {path for (path, unknown), problem in explained.items() if unknown and problem.hint}
