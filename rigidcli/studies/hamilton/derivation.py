@@ -143,10 +143,9 @@ class Derivation:
 
     @cached_property
     def lagrange(self) -> LagrangeEquations | None:
-        """Lagrange's equations; None where only H is given, or the name of an acceleration is taken."""
+        """Lagrange's equations; None where only H is given."""
         lagrangian, names = self.system.lagrangian, tuple(map(acceleration, self.phase.coordinates))
-        taken = {*self.phase.names, *self.velocity_names}
-        if lagrangian is None or not (taken | lagrangian.names).isdisjoint(names):
+        if lagrangian is None:
             return None
         forces = self.system.forces
         return lagrange_equations(lagrangian, self.momenta, self.phase, self.velocity_names, names, forces)

@@ -1,21 +1,18 @@
 """The equations of motion of an orbit, and how it keeps constraints.
 
-Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
-linear equations M(q, t) v = p - b(q, t), these are solved at every step, and p' = dL/dq. Otherwise the
-velocities themselves are variables: M v' = dL/dq - (dp/dq) v - dp/dt.
+Where H has a closed form, and there are no constraints, these are Hamilton's equations. Otherwise they are
+those of Lagrange, and the velocities are variables. Where the accelerations a and the multipliers have no
+closed form, they solve a system of linear equations: A is the matrix of the slopes of the constraints, r and
+c are what else stands in Lagrange's equations and in the differentiated constraints.
 
-With constraints, too, the velocities are variables. Where the multipliers have no closed form, they and the
-accelerations a solve a system of linear equations: A is the matrix of the slopes of the constraints, r and c
-are what else stands in Lagrange's equations and in the differentiated constraints.
-
-    [M  A^T] [   a   ]   [-r]
-    [A   0 ] [-lambda] = [-c]
+    [ M  -A^T] [  a   ]   [-r]
+    [-A    0 ] [lambda] = [ c]
 
 An orbit drifts away from the constraints by the errors of its steps. So each step ends with one of Newton's
 steps back, which is the shortest one as M measures lengths:
 
-    [M  A^T] [dq]   [0]                    [M  A^T] [dv]   [   0   ]
-    [A   0 ] [ .] = [f(q, t)],  then       [A   0 ] [ .] = [A v + b],     q -> q - dq,  v -> v - dv.
+    [ M  -A^T] [dq]   [0]                    [ M  -A^T] [dv]   [   0   ]
+    [-A    0 ] [ .] = [f(q, t)],  then       [-A    0 ] [ .] = [A v + b],     q -> q + dq,  v -> v + dv.
 
 Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, section IV.4.
 """
@@ -29,8 +26,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
@@ -152,9 +148,7 @@ class SymbolicEquations(NamedTuple):
 
 def symbolic_equations(derivation: Derivation) -> SymbolicEquations:
     """Hamilton's equations, or Lagrange's where H has no closed form or there are constraints."""
-    if derivation.system.constraints:
-        return _with_multipliers(derivation)
-    if derivation.equations is None or derivation.hamiltonian is None:
+    if derivation.system.constraints or derivation.equations is None or derivation.hamiltonian is None:
         return _lagrange(derivation)
     phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
     p = {name: symbol(name) for name in phase.momenta}
@@ -189,71 +183,38 @@ def equations_of_motion(
 
 
 def _lagrange(derivation: Derivation) -> SymbolicEquations:
-    """Lagrange's equations for q and p where p is linear in v, else for q and v."""
-    phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
-    assert lagrangian is not None
-    matrix, defined = derivation.momenta.mass_matrix, derivation.definitions
-    pairs = zip(phase.coordinates, derivation.system.forces, strict=True)
-    forces = [derivative(lagrangian, q) + force for q, force in pairs]
-    rates: list[Node] = [Name(name) for name in velocities]
-
-    def solutions(right: Iterable[Expr]) -> tuple[list[Step], list[Node]]:
-        return solved([[to_tree(e) for e in row] for row in matrix], [to_tree(e) for e in right])
-
-    if derivation.are_linear:
-        p, at_rest = {name: symbol(name) for name in phase.momenta}, dict.fromkeys(velocities, ZERO)
-        steps, v_of_p = solutions(p[name] - substitute(e, at_rest) for name, e in defined.items())
-        steps += zip(velocities, v_of_p, strict=True)
-        slopes = [*rates, *map(to_tree, forces)]
-        return SymbolicEquations(phase.names, slopes, p, _energy(derivation, p), steps)
-    moving = [*zip(phase.coordinates, map(symbol, velocities), strict=True), (TIME, ONE)]
-    steps, accelerations = solutions(
-        total([substitute(f, defined), *(-derivative(p, name) * rate for name, rate in moving)])
-        for f, p in zip(forces, defined.values(), strict=True)
-    )
-    names, slopes = (*phase.coordinates, *velocities), [*rates, *accelerations]
-    return SymbolicEquations(names, slopes, defined, _energy(derivation, defined), steps)
-
-
-def _energy(derivation: Derivation, momenta: Mapping[str, Expr]) -> list[Expr]:
-    """The terms of H = sum p v - L."""
-    assert derivation.system.lagrangian is not None
-    pairs = zip(momenta.values(), derivation.velocity_names, strict=True)
-    return [*(p * symbol(v) for p, v in pairs), *terms(-derivation.system.lagrangian)]
-
-
-def _with_multipliers(derivation: Derivation) -> SymbolicEquations:
-    """The equations for coordinates and velocities with multipliers, which are solved for in steps before."""
+    """Lagrange's equations for coordinates and velocities; multipliers are solved for in steps before."""
     lagrange, limits, momenta = derivation.lagrange, derivation.system.constraints, derivation.definitions
     assert lagrange is not None
-    names, solved = derivation.velocity_names, derivation.multipliers_anywhere
-    accelerations = lagrange.accelerations
+    names, multipliers = derivation.velocity_names, derivation.multipliers_anywhere
     steps = [(name, to_tree(p)) for name, p in momenta.items()]
-    if solved is not None and accelerations is not None:
-        steps += [(one.name, to_tree(e)) for one, e in zip(limits, solved, strict=True)]
-        slopes = [to_tree(e) for e in accelerations]
+    if multipliers is not None and lagrange.accelerations is not None:
+        solutions = [*map(to_tree, lagrange.accelerations), *map(to_tree, multipliers)]
     else:
         free = dict.fromkeys((one.name for one in limits), ZERO)
-        made, answers = beside_constraints(
-            derivation, [-substitute(e, free) for e in lagrange.rest], [-one.turning for one in limits]
-        )
-        slopes = answers[: len(names)]
-        steps += [*made, *((one.name, -x) for one, x in zip(limits, answers[len(names) :], strict=True))]
-    h = derivation.hamiltonian if derivation.is_short else None
-    energy = _energy(derivation, momenta) if h is None else terms(h)
+        forces = [-substitute(e, free) for e in lagrange.rest]
+        more, solutions = beside_constraints(derivation, forces, [one.turning for one in limits])
+        steps += more
+    steps += zip((one.name for one in limits), solutions[len(names) :], strict=True)
+    slopes = [*map(Name, names), *solutions[: len(names)]]
+    energy = derivation.hamiltonian if derivation.is_short else derivation.energy_of_velocities
+    assert energy is not None
     variables = (*derivation.phase.coordinates, *names)
-    return SymbolicEquations(variables, [*map(Name, names), *slopes], momenta, energy, steps)
+    return SymbolicEquations(variables, slopes, momenta, terms(energy), steps)
 
 
 def beside_constraints(
     derivation: Derivation, right: Sequence[Expr], below: Sequence[Expr]
 ) -> tuple[list[Step], list[Node]]:
-    """The linear equations at the top of the module, solved for right sides of M and of A; with steps."""
-    slopes = [[to_tree(e) for e in one.slopes] for one in derivation.system.constraints]
-    masses = [[to_tree(e) for e in row] for row in derivation.momenta.mass_matrix]
-    upper = [[*row, *column] for row, column in zip(masses, zip(*slopes, strict=True), strict=True)]
-    lower = [[*row, *[to_tree(ZERO)] * len(slopes)] for row in slopes]
-    return solved([*upper, *lower], [to_tree(e) for e in (*right, *below)], is_definite=False)
+    """The linear equations at the top of the module, solved for right sides of M and of -A; with steps."""
+    limits = derivation.system.constraints
+    rows = [
+        [*row, *(-one.slopes[place] for one in limits)]
+        for place, row in enumerate(derivation.momenta.mass_matrix)
+    ]
+    rows += [[*(-e for e in one.slopes), *[ZERO] * len(limits)] for one in limits]
+    matrix = [[to_tree(e) for e in row] for row in rows]
+    return solved(matrix, [to_tree(e) for e in (*right, *below)], is_definite=not limits)
 
 
 def terms(e: Expr) -> list[Expr]:
@@ -284,7 +245,7 @@ def way_back(derivation: Derivation, constants: Mapping[str, float]) -> Callable
     def moved(names: Sequence[str], misses: Sequence[Expr]) -> Function:
         """The state after a step of the variables with these names."""
         steps, answers = beside_constraints(derivation, [ZERO] * len(q), misses)
-        nearer = {name: Name(name) - d for name, d in zip(names, answers, strict=False)}
+        nearer = {name: Name(name) + d for name, d in zip(names, answers, strict=False)}
         after = [nearer.get(name, Name(name)) for name in (*q, *v)]
         return code.function(after, [TIME, *q, *v], constants, steps)(math)
 

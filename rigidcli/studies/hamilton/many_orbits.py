@@ -106,7 +106,7 @@ def _starts(
 ) -> Floats | None:
     """Coordinates and momenta (2 n by m) of all starts; None where they are not told by one formula."""
     phase, definitions = derivation.phase, derivation.definitions
-    if not derivation.are_linear:
+    if not derivation.are_linear or derivation.equations is None:
         return None
     by_name = dict(zip(names, values.T, strict=True))
     q = [by_name[name] for name in phase.coordinates]

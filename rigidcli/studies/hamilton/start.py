@@ -66,7 +66,7 @@ def initial_state(document: Document, derivation: Derivation) -> tuple[Derivatio
         branch = _branch(point, derivation, v)
         derivation = replace(derivation, branches=() if branch is None else (branch,))
     limits = derivation.system.constraints
-    if v is None and (limits or not (derivation.branches or derivation.are_linear)):
+    if v is None and (limits or derivation.equations is None):
         if derivation.rates:
             v = point.evaluate([*derivation.rates.values()], "a velocity")
         else:
