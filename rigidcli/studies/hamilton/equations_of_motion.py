@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
@@ -61,18 +62,19 @@ class InitialState(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """An orbit at `times` (k): coordinates and momenta (both k by n), H (k), and the terms of H (any by k).
+    """An orbit at `times` (k): coordinates and momenta (both k by n), and the `energy` H (k).
 
     The `states` (k by m) have the variables that are integrated, `further` functions (k) stand by their keys.
+    The `sizes` (k) of these and of H are the sums of the sizes of their terms.
     """
 
     times: Floats
+    states: Floats
     coordinates: Floats
     momenta: Floats
     energy: Floats
-    energy_terms: Floats
-    states: Floats
     further: dict[str, Floats]
+    sizes: dict[str, Floats]
 
 
 class EquationsOfMotion(NamedTuple):
@@ -98,9 +100,7 @@ class EquationsOfMotion(NamedTuple):
 
     def function(self, functions: Iterable[Expr]) -> Values:
         """Functions (any number) of the state, momenta and multipliers, by times and states."""
-        steps, known = [*self.symbols.steps], {*self.variables, *dict(self.symbols.steps)}
-        steps += [(name, to_tree(p)) for name, p in self.symbols.momenta.items() if name not in known]
-        values = compiled(functions, self.variables, self.constants, steps)
+        values = compiled(functions, self.variables, self.constants, self.symbols.steps)
         return lambda times, states: values(times, *states.T)
 
     @property
@@ -115,13 +115,17 @@ class EquationsOfMotion(NamedTuple):
 
     def observer(self, further: Mapping[str, Expr]) -> Callable[[Floats, Floats], Samples]:
         """Samples of an orbit, with `further` functions, by times (k) and states (k by m)."""
-        momenta, energy = self.symbols.momenta.values(), self.symbols.energy
-        function, size = self.function([*momenta, *energy, *further.values()]), len(momenta)
+        momenta = list(self.symbols.momenta.values())
+        parts = {key: terms(e) for key, e in {"H": self.symbols.energy, **further}.items()}
+        function = self.function([*momenta, *chain(*parts.values())])
+        ends = np.cumsum([len(momenta), *map(len, parts.values())])[:-1]
 
         def observe(times: Floats, states: Floats) -> Samples:
-            p, parts, rows = np.split(function(times, states), [size, size + len(energy)])
-            named = dict(zip(further, rows, strict=True))
-            return Samples(times, states[:, :size], p.T, parts.sum(axis=0), parts, states, named)
+            p, *rows = np.split(function(times, states), ends)
+            energy, *others = (row.sum(axis=0) for row in rows)
+            sizes = {key: np.abs(row).sum(axis=0) for key, row in zip(parts, rows, strict=True)}
+            named = dict(zip(further, others, strict=True))
+            return Samples(times, states, states[:, : len(p)], p.T, energy, named, sizes)
 
         return observe
 
@@ -129,14 +133,14 @@ class EquationsOfMotion(NamedTuple):
 class SymbolicEquations(NamedTuple):
     """The equations of motion of 2 n variables in symbols: of coordinates, and of momenta or velocities.
 
-    `slopes` are their derivatives by time; the momenta (n), by their names, and the terms of H, `energy`,
-    follow from them. All of these come after `steps`.
+    `slopes` are their derivatives by time; the momenta (n), by their names, and H, the `energy`, follow from
+    them. All of these come after `steps`.
     """
 
     names: tuple[str, ...]
     slopes: Sequence[Node]
     momenta: Mapping[str, Expr]
-    energy: Sequence[Expr]
+    energy: Expr
     steps: Sequence[Step] = ()
 
     def start(self, initial: InitialState) -> Floats:
@@ -152,7 +156,7 @@ def symbolic_equations(derivation: Derivation) -> SymbolicEquations:
         return _lagrange(derivation)
     phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
     p = {name: symbol(name) for name in phase.momenta}
-    return SymbolicEquations(phase.names, slopes, p, terms(derivation.hamiltonian))
+    return SymbolicEquations(phase.names, slopes, p, derivation.hamiltonian)
 
 
 @lru_cache(maxsize=1)
@@ -200,7 +204,7 @@ def _lagrange(derivation: Derivation) -> SymbolicEquations:
     energy = derivation.hamiltonian if derivation.is_short else derivation.energy_of_velocities
     assert energy is not None
     variables = (*derivation.phase.coordinates, *names)
-    return SymbolicEquations(variables, slopes, momenta, terms(energy), steps)
+    return SymbolicEquations(variables, slopes, momenta, energy, steps)
 
 
 def beside_constraints(

@@ -36,8 +36,6 @@ from rigidcli.studies.hamilton.orbit import (
     by_exponential,
     conserved,
     drifts,
-    parts_of,
-    scales,
 )
 from rigidcli.studies.hamilton.start import initial_state
 
@@ -221,13 +219,12 @@ def _followed(
 
     paths, apart = many.twice(equations, begin, times, distance, every)
     scale, span = scale_of(paths), float(times[-1])
-    roundings, observe = columns(motion.roundings), motion.observer(functions)
-    parts, kept_parts = parts_of(motion, functions), parts_of(motion, kept)
+    roundings, observe, watch = columns(motion.roundings), motion.observer(functions), motion.observer(kept)
 
     def orbit_of(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables
         samples = observe(np.tile(times, len(places)), states.reshape(-1, states.shape[-1]))
-        drift = drifts(motion, kept_parts, [samples], len(places))
+        drift = drifts(motion, [watch(samples.times, samples.states)], len(places))
         error = float(apart[:, places].max(initial=0.0 if derivation.energy_changes else drift["H"]))
         steps = np.maximum(paths.steps[places], 1)
         slopes = roundings(samples.times, *samples.states.T)[:size]
@@ -244,7 +241,7 @@ def _followed(
             0.0 if len(lost) else digits(max(error, rounding)),
             float(lost[0]) if len(lost) else None,
             dict(zip(functions, map(float, means), strict=False)),
-            scales(parts, samples),
+            {key: float(sizes.max()) for key, sizes in samples.sizes.items()},
         )
 
     return orbit_of, paths.alone.tolist()

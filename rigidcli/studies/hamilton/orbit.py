@@ -6,7 +6,7 @@ That is its end, the states of a Poincare section, and the period of motion to a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -41,7 +41,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     equations_of_motion,
     misses,
     sizes_of_pushes,
-    terms,
     way_back,
 )
 
@@ -122,8 +121,8 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     _require_range(solution, derivation, motion)
     samples = at(times)
     _require_values(samples)
-    looks = (samples, at(solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]))
-    drift = drifts(motion, parts_of(motion, conserved(derivation)), looks)
+    watch, knots = motion.observer(conserved(derivation)), _looks(solution)
+    drift = drifts(motion, [watch(times, samples.states), watch(knots, solution.at(knots))])
     if not derivation.energy_changes:
         error = max(error, drift["H"])
     elif solution.method == linear_flow.METHOD:
@@ -143,7 +142,7 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         trusted_digits=digits(error),
         lost=lost,
         means=dict(zip(functions, map(float, means), strict=True)),
-        scales=scales(parts_of(motion, further), samples) | variables,
+        scales={key: float(sizes.max()) for key, sizes in samples.sizes.items()} | variables,
         remarks=tuple(remarks),
         end=end,
         is_section=chosen is not None,
@@ -245,32 +244,24 @@ def conserved(derivation: Derivation) -> dict[str, Expr]:
     return {str(e): e for e in (*momenta, *(derivation.invariants or ()))}
 
 
-def drifts(
-    motion: EquationsOfMotion, parts: Mapping[str, Values], looks: Sequence[Samples], orbits: int = 1
-) -> dict[str, float]:
-    """By how much H and sums of `parts` change, in units of the largest sums of the sizes of their terms.
+def drifts(motion: EquationsOfMotion, looks: Sequence[Samples], orbits: int = 1) -> dict[str, float]:
+    """By how much H and further functions change, in units of the largest sums of the sizes of their terms.
 
     The changes are those at the first of the `looks`, which has so many `orbits` one after the other; sizes
-    are the largest of all looks.
+    are the largest of all looks. What time and forces bring is taken off H.
     """
-
-    def since_start(values: Floats) -> Floats:
+    first, found = looks[0], dict[str, float]()
+    energy = first.energy - motion.gained(first.states)
+    for name, values in {"H": energy, **first.further}.items():
         rows = values.reshape(orbits, -1)
-        return rows - rows[:, :1]
-
-    def drift(change: Floats, terms: Sequence[Floats]) -> float:
-        """The largest of changes (orbits by times), in units of the sizes of terms (each any by k)."""
-        largest = np.abs(change).max(axis=1)
-        sizes = [np.abs(some).sum(axis=0).reshape(orbits, -1).max(axis=1) for some in terms]
-        return float((largest / np.where(largest > 0, np.max(sizes, axis=0), 1.0)).max())
-
-    first = looks[0]
-    energy = since_start(first.energy) - since_start(motion.gained(first.states))
-    found = {"H": drift(energy, [look.energy_terms for look in looks])}
-    for name, function in parts.items():
-        seen = [function(look.times, look.states) for look in looks]
-        found[name] = drift(since_start(seen[0].sum(axis=0)), seen)
+        largest = np.abs(rows - rows[:, :1]).max(axis=1)
+        sizes = np.max([look.sizes[name].reshape(orbits, -1).max(axis=1) for look in looks], axis=0)
+        found[name] = float((largest / np.where(largest > 0, sizes, 1.0)).max())
     return found
+
+
+def _looks(solution: Solution) -> Floats:
+    return solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
 
 
 def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats) -> float:
@@ -281,21 +272,10 @@ def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats
     """
     if solution.method in (linear_flow.METHOD, stiff.METHOD):
         return 0.0
-    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
-    errors = columns(motion.roundings)(way, *solution.at(way).T)[: len(scale)].mean(axis=1)
+    knots = _looks(solution)
+    errors = columns(motion.roundings)(knots, *solution.at(knots).T)[: len(scale)].mean(axis=1)
     largest = float((errors / scale).max())
     return largest * EPS * float(solution.knots[-1]) / math.sqrt(solution.steps or 1)
-
-
-def parts_of(motion: EquationsOfMotion, functions: Mapping[str, Expr]) -> dict[str, Values]:
-    """The terms of functions by their keys, as functions of times and states."""
-    return {key: motion.function(terms(e)) for key, e in functions.items()}
-
-
-def scales(parts: Mapping[str, Values], samples: Samples) -> dict[str, float]:
-    """The largest sums of the sizes of the terms that functions have."""
-    sizes = {key: np.abs(function(samples.times, samples.states)) for key, function in parts.items()}
-    return {key: float(x.sum(axis=0).max()) for key, x in sizes.items()}
 
 
 def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = MOST_DRAWN) -> Samples:

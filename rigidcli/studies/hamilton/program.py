@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.algebra.expressions import total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.solution import columns
 from rigidcli.errors import ComputationError, ExpressionError
@@ -46,7 +45,7 @@ def program_of(findings: Findings, name: str) -> Program:
         raise ComputationError(f"H has a step where {place} = 0, which its equations do not tell")
     equations, phase, system = symbolic_equations(derivation), derivation.phase, derivation.system
     asked = {name: [to_tree(e)] for name, e in equations.momenta.items() if name not in equations.names}
-    asked["H"] = [to_tree(total(equations.energy))]
+    asked["H"] = [to_tree(equations.energy)]
     asked |= {one.name: [to_tree(one.multiplier)] for one in system.constraints}
     try:
         rates = shared(equations.steps, equations.slopes)
