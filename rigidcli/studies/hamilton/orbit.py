@@ -295,21 +295,16 @@ def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = 
         inside = knots[(knots > times[0]) & (knots < last)]
         times = np.array(sorted({*times.tolist(), *inside.tolist()}))
     times = np.append(times, last)
-    values = shown(at(times))
-    places = np.arange(len(times) - 1)
-    while len(places) and len(times) < most:
-        middle = (times[places] + times[places + 1]) / 2
-        there = shown(at(middle))
+    while True:
+        middle = (times[:-1] + times[1:]) / 2
+        values, there = shown(at(times)), shown(at(middle))
         width = np.ptp(values, axis=0) + EPS / SMOOTH * np.abs(values).max(axis=0)
         width[width == 0] = 1.0
-        miss = (np.abs(there - (values[places] + values[places + 1]) / 2) / width).max(axis=1)
-        halved = np.sort(np.argsort(-miss)[: min(most - len(times), (miss > SMOOTH).sum())])
-        times = np.insert(times, places[halved] + 1, middle[halved])
-        values = np.insert(values, places[halved] + 1, there[halved], axis=0)
-        # The halves are looked at next: the places of the ones before moved by one for each insertion.
-        left = places[halved] + np.arange(len(halved))
-        places = np.sort(np.concatenate([left, left + 1]))
-    return at(times)
+        miss = (np.abs(there - (values[:-1] + values[1:]) / 2) / width).max(axis=1)
+        halved = np.argsort(-miss)[: max(0, min(most - len(times), (miss > SMOOTH).sum()))]
+        if not len(halved):
+            return at(times)
+        times = np.sort(np.append(times, middle[halved]))
 
 
 def by_exponential(
