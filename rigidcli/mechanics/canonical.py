@@ -44,7 +44,7 @@ from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.inversion import solutions
-from rigidcli.mechanics.phase_space import TIME, Phase, bracket, linear
+from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
 
 def brackets(values: Mapping[str, Expr], pairs: Phase, phase: Phase) -> dict[tuple[str, str], Expr]:
@@ -118,10 +118,6 @@ class RootSigns(NamedTuple):
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns) -> dict[str, Expr] | None:
     """The `old` variables as functions of the `new` ones, which have canonical `values`; or None."""
     with suppress(ExpressionError, ComputationError):
-        parts = linear([values[name] for name in new.names], old.names)
-        if parts is not None:
-            shifted = [symbol(name) - b for name, b in zip(new.names, parts[1], strict=True)]
-            return _of_linear(parts[0], shifted, old)
         trials = Allowance(MOST_TRIALS)
         if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
             return solution([symbol(n) - values[n] for n in new.names], old.names, trials, signs)
@@ -136,19 +132,6 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns
             momenta = [signs.put(e, coordinates) for e in sums]
             return coordinates | dict(zip(old.momenta, momenta, strict=True))
     return None
-
-
-def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Phase) -> dict[str, Expr]:
-    """M^-1 times values, for the symplectic matrix M of a canonical change."""
-    # M^-1 = -J M^T J: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 41.
-    size = len(old.coordinates)
-    solution = {}
-    for place, name in enumerate(old.names):
-        other, sign = (place + size) % (2 * size), 1 if place < size else -1
-        solution[name] = sign * total(
-            matrix[k + size][other] * values[k] - matrix[k][other] * values[k + size] for k in range(size)
-        )
-    return solution
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
