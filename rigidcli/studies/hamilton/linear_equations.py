@@ -39,7 +39,7 @@ from rigidcli.mechanics.small_oscillations import LinearMotion, Root, Values, sp
 from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.common import celled
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.system import known_values, row_of
+from rigidcli.studies.hamilton.system import known_values, row_of, step
 
 # The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3
@@ -277,12 +277,7 @@ class Driven(NamedTuple):
             for q, swing in one.swings.items():
                 shown.append(Field("", swing.amplitude, f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
                 shown.append(Field("", swing.phase, f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
-            yield Step(
-                f"Response to {one.written}",
-                "The motion that stays is q = Re(X exp(i w t)). In M qddot + C qdot + K q = f cos(w t) it "
-                "gives (K - w^2 M + i w C) X = f. The amplitude is |X|, and q lags behind by -arg X.",
-                tuple(entry for entry in shown if entry.value is not None),
-            )
+            yield step("response", [entry for entry in shown if entry.value is not None], force=one.written)
 
 
 def driven(document: Document, derivation: Derivation) -> Driven | None:

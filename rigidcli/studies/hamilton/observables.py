@@ -36,7 +36,7 @@ from rigidcli.report import Field, Step
 from rigidcli.studies.common import celled, if_known, noise
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import compiled, symbolic_equations, terms, way_back
-from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.studies.hamilton.system import derived_parameters, known_values, step
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -123,20 +123,15 @@ class Observed(NamedTuple):
             shown += [Field("", tidy(e), title) for title, e in parts.items() if e]
             if one.rate is not None:
                 shown.append(Field("", one.rate, f"d{one.name}/dt", rf"\dot{{{latex_name(one.name)}}}"))
-        sentence = (
-            "Along the motion, f changes by the sum of df/dq qdot + df/dp pdot, which is its bracket "
-            "with H where there are no forces, and by df/dt."
-        )
         if shown:
-            yield Step("Rates of the observables", sentence, tuple(shown))
+            yield step("observables", shown)
         shown = []
         for (first, second), value, name in self.brackets:
             if value is not None:
                 shown.append(Field("", value, f"{{{first}, {second}}}"))
                 shown += [] if name is None or name == value else [Field("", name, "which is")]
         if shown:
-            sentence = "The bracket {A, B} is the sum of dA/dq dB/dp - dA/dp dB/dq."
-            yield Step("Poisson brackets", sentence, tuple(shown))
+            yield step("brackets", shown)
 
 
 def observed(document: Document, derivation: Derivation) -> Observed:

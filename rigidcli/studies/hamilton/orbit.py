@@ -43,6 +43,7 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     sizes_of_pushes,
     way_back,
 )
+from rigidcli.studies.hamilton.system import step
 
 # What messages call the solution.
 NAME = "the orbit"
@@ -427,11 +428,6 @@ def section_times(event: Event, solution: Solution, direction: str) -> tuple[Flo
 
 def step_of_events(asked: Orbit, orbit: OrbitSolution) -> Step:
     """Say what is looked for along an orbit, how it is found, and what came out."""
-    sentence = (
-        "The function is looked at in 16 places of each step of the integration, and more closely where its "
-        "size is least, so that no two zeros between them are missed. Where its sign changes, the zero is "
-        "narrowed down on the solution between the steps by the Illinois method, to the digits of the orbit."
-    )
     shown = list[Field]()
     if asked.until is not None and orbit.end is not None:
         time, reason = orbit.end
@@ -441,7 +437,7 @@ def step_of_events(asked: Orbit, orbit: OrbitSolution) -> Step:
         way = {"up": "upwards", "down": "downwards", "both": "either way"}[asked.section.direction]
         shown.append(_said("looked for", f"{equation(asked.section.at.text)}, passed {way}"))
         shown.append(Field("", len(orbit.samples.times), "crossings"))
-    return Step("Events of the orbit", sentence, tuple(shown))
+    return step("events", shown)
 
 
 def _said(title: str, words: str) -> Field:

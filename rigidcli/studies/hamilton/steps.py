@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -30,10 +30,12 @@ from rigidcli.studies.hamilton import Findings
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
-from rigidcli.studies.hamilton.system import LONGEST_FORMULA, as_typed, known_values, titled
+from rigidcli.studies.hamilton.system import LONGEST_FORMULA, as_typed, known_values, step, step_texts, titled
 
 # Particles whose positions are shown: those of further ones follow the same rule.
 MOST_PARTICLES = 3
+# Steps that lead from L to H.
+LEADS_TO_H = ("momenta", "velocities", "hamiltonian")
 # How the keys of results begin that come after the multipliers of constraints.
 OF_CONSTRAINTS = ("degrees_of_freedom", "multipliers.", "constraint_forces.", "accelerations.")
 
@@ -48,28 +50,27 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     if findings.oscillations is not None or is_still:
         repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
-        shown = _under(fields, "lagrangian")
-        bodies = any(particle.moments for particle in system.particles)
-        turns = " and, of a body in space, of I omega^2/2 over its principal axes" * bodies
-        way = f"The velocities are the rates of the positions, T is the sum of m v^2/2{turns}, and "
-        sentence = f"{way if system.particles else ''}L = T - V."
-        yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
+        has_bodies = any(particle.moments for particle in system.particles)
+        kind = "bodies" if has_bodies else "particles" if system.particles else "energies"
+        yield step(kind, (*_energies(derivation), *_under(fields, "lagrangian")))
     of_constraints = OF_CONSTRAINTS if system.constraints else ()
     constrained = [entry for entry in fields if entry.key.startswith(of_constraints)]
-    for part in PARTS if derivation.definitions else PARTS[3:]:
-        if part.title == "Matrix form" and constrained:
+    for part, texts in step_texts().items():
+        results = texts["results"].split()
+        if part in LEADS_TO_H and not derivation.definitions:
+            continue
+        if part == "matrix" and constrained:
             yield from _of_constraints(derivation, list(map(titled, constrained)))
-        shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
+        shown = [entry for entry in fields if _belongs(entry, results) and entry.key not in repeated]
         shown = [entry for entry in shown if entry not in constrained]
-        listed = tuple(table for table in tables if table.key in part.keys)
+        listed = tuple(table for table in tables if table.key in results)
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
-        sentence = part.sentence.format(part.forces[derivation.is_forced])
         # What leads to the roots of a matrix stands behind it.
         given = [entry for entry in shown if entry.key in ("matrix", "offset")]
-        leads = part.leads(findings) if shown else ()
+        leads = LEADS[part](findings) if shown and part in LEADS else ()
         shown = [*given, *leads, *shown[len(given) :]]
-        yield Step(part.title, sentence, tuple(map(titled, shown)), listed)
+        yield step(part, map(titled, shown), listed, texts["forced" if derivation.is_forced else "unforced"])
     if findings.driven is not None:
         yield from findings.driven.steps()
     if findings.observed is not None:
@@ -78,13 +79,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield from findings.transform.steps(fields)
     if findings.oscillations is not None:
         if findings.oscillations.steady:
-            shown = _under(fields, "routhian", "effective_potential", "steady")
-            sentence = (
-                "The momenta of the cyclic coordinates are constants. R = L - sum p v over these coordinates "
-                "depends on the others alone, V_eff = -R at rest, and motion is steady where all slopes of "
-                "V_eff vanish."
-            )
-            yield Step("Steady motion", sentence, tuple(shown))
+            yield step("steady", _under(fields, "routhian", "effective_potential", "steady"))
         place = _under(fields, "equilibrium")
         yield from _of_oscillations(findings.oscillations, findings.document, place)
     asked, orbit = findings.document.orbit, findings.orbit
@@ -174,61 +169,12 @@ def _characteristic(findings: Findings) -> Iterator[Field]:
         yield from _polynomial(shifted, unknown, findings.document, f"det(A - {unknown} 1)", head)
 
 
-class _Part(NamedTuple):
-    """A step shows the results and tables that have its `keys`, after what `leads` to them.
-
-    The sentence has a place for words that depend on whether there are no `forces` beside L, or some.
-    """
-
-    title: str
-    sentence: str
-    keys: tuple[str, ...]
-    leads: Callable[[Findings], Iterable[Field]] = lambda findings: ()
-    forces: tuple[str, str] = ("", "")
-
-
-# The steps that show results; the first three lead to H. One without results is left out.
-PARTS = (
-    _Part(
-        "Momenta",
-        "The momentum of a coordinate q is the derivative of L by its velocity.",
-        ("momentum_definitions",),
-    ),
-    _Part("Velocities", "These equations are solved for the velocities.", ("velocity_solutions",)),
-    _Part(
-        "Hamiltonian",
-        "H is the sum of p_q qdot, less L, with the velocities as functions of the momenta.",
-        ("hamiltonian", "branches"),
-        _substituted,
-    ),
-    _Part(
-        "Hamilton's equations",
-        "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
-        "derivative of H by its coordinate{}.",
-        ("equations",),
-        forces=("", ", plus the force"),
-    ),
-    _Part(
-        "Lagrange's equations",
-        "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq {}.",
-        ("lagrange_equations", "accelerations"),
-        _slopes,
-        ("vanishes", "is the force"),
-    ),
-    _Part(
-        "Matrix form",
-        "The equations are linear in the coordinates and momenta, which are the entries of z. A root i w of "
-        "the polynomial is an oscillation at the rate w; motion grows at one with a positive real part.",
-        ("matrix", "offset", "frequencies", "stability"),
-        _characteristic,
-    ),
-    _Part(
-        "Energy",
-        "Along the motion, dH/dt is the partial derivative of H by the time{}. T + V is the energy.",
-        ("dH_dt", "energy", "h_equals_energy", "natural"),
-        forces=("", ", plus the power of the forces"),
-    ),
-)
+# What is shown before the results of a step.
+LEADS: Mapping[str, Callable[[Findings], Iterable[Field]]] = {
+    "hamiltonian": _substituted,
+    "lagrange": _slopes,
+    "matrix": _characteristic,
+}
 
 
 def _of_constraints(derivation: Derivation, shown: list[Field]) -> Iterator[Step]:
@@ -236,13 +182,7 @@ def _of_constraints(derivation: Derivation, shown: list[Field]) -> Iterator[Step
     limits, phase = derivation.system.constraints, derivation.phase
     matrix = np.array([one.slopes for one in limits], dtype=object)
     rates = [Field("", one.expression, one.name, latex_name(one.name)) for one in limits]
-    yield Step(
-        "Constraints",
-        "These vanish. The entry a_ji of the matrix A is the derivative of the j-th by the i-th coordinate, "
-        "or by its velocity where the constraint has velocities. It acts on that coordinate with the force "
-        "lambda_j a_ji, which stands in the equations already.",
-        (*rates, Field("", matrix, "A", r"\mathbf{A}")),
-    )
+    yield step("constraints", (*rates, Field("", matrix, "A", r"\mathbf{A}")))
     second = []
     for one in limits:
         moved = total(a * symbol(acceleration(q)) for a, q in zip(one.slopes, phase.coordinates, strict=True))
@@ -250,33 +190,22 @@ def _of_constraints(derivation: Derivation, shown: list[Field]) -> Iterator[Step
             second.append(Field("", one.rate, f"{one.name}, once: 0 =", "0"))
         times = "once" if one.has_velocities else "twice"
         second.append(Field("", moved + one.turning, f"{one.name}, {times}: 0 =", "0"))
-    yield Step(
-        "Differentiated constraints",
-        "The constraints hold all the time, so that their derivatives by the time vanish, too. They are "
-        "differentiated until there are accelerations in them.",
-        tuple(second),
-    )
-    yield Step(
-        "Multipliers",
-        "The accelerations of Lagrange's equations are put into the differentiated constraints, which are "
-        "solved for the multipliers. These give the forces of constraint, and the accelerations.",
-        tuple(shown),
-    )
+    yield step("differentiated", second)
+    yield step("multipliers", shown)
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
     pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
     first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
     second = tidy(total(derivative(e, p) * derivative(h, q) for q, p in pairs))
-    sentence = "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal."
     sums = Field("", first, "sum of df/dq dH/dp"), Field("", second, "sum of df/dp dH/dq")
-    return Step(f"{name} is conserved", sentence, (Field("", e, "f", "f"), *sums))
+    return step("conserved", (Field("", e, "f", "f"), *sums), name=name)
 
 
-def _belongs(entry: Field, part: _Part) -> bool:
-    """Whether the result belongs to this part, and has something to show."""
+def _belongs(entry: Field, results: Sequence[str]) -> bool:
+    """Whether an entry is one of these results, and has something to show."""
     value = entry.value
-    if entry.key.partition(".")[0] not in part.keys or value is None:
+    if entry.key.partition(".")[0] not in results or value is None:
         return False
     if entry.key == "offset" and not any(value.flat):
         return False
@@ -292,13 +221,11 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
     x, named = symbol(unknown), dict(zip("MCK", motion.parts, strict=True))
     if is_free:
         named.pop("C")
-        equations, matrix = "M y'' + K y = 0", motion.pencil(ZERO, -(x**2))
-        way = "At the rate of a mode this determinant vanishes; where its square is negative, motion grows."
+        matrix = motion.pencil(ZERO, -(x**2))
         title = f"det(K - {unknown}^2 M)"
         head = rf"\det(\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}})"
     else:
-        equations, matrix = "M y'' + C y' + K y = 0", motion.pencil(x, x**2)
-        way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
+        matrix = motion.pencil(x, x**2)
         title = f"det(M {unknown}^2 + C {unknown} + K)"
         head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
     fields = list[Field]()
@@ -306,11 +233,7 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
         kind = float if _is_numeric([e for row in part for e in row], document) else object
         fields.append(Field("", np.array(part, dtype=kind), name, rf"\mathbf{{{name}}}"))
     fields += _polynomial(matrix, unknown, document, title, head)
-    yield Step(
-        "Small oscillations",
-        f"To first order in the displacement y from the equilibrium, {equations}. {way}",
-        (*place, *fields),
-    )
+    yield step("free" if is_free else "damped", (*place, *fields), s=unknown)
     if is_free and is_small:
         yield from _vectors(small, document, unknown)
 
@@ -339,10 +262,8 @@ def _vectors(small: Oscillations, document: Document, unknown: str) -> Iterator[
         vectors = [(n if is_solved else FLOAT).array([x for x, _ in vector]) for vector in root.vectors]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
         last = number + len(vectors) - 1
-        title = f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}"
-        several = "" if last == number else "; any independent solutions serve"
-        sentence = f"At this rate ({head}) v = 0 tells the ratios of the components of v{several}."
-        yield Step(title, sentence, tuple(fields))
+        kind = "mode" if last == number else "modes"
+        yield step(kind, fields, first=str(number), last=str(last), matrix=head)
         number = last + 1
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
+from importlib import resources
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -26,7 +28,7 @@ from rigidcli.mechanics.lagrange_equations import Constraint, constraint, first_
 from rigidcli.mechanics.particles import MovingBody, unnatural
 from rigidcli.mechanics.particles import kinetic as kinetic_energy
 from rigidcli.mechanics.phase_space import TIME, linear
-from rigidcli.report import Field
+from rigidcli.report import Field, Step, Table
 from rigidcli.studies.common import field_of
 
 # The row of results.csv with this key as a field, with its value, words for it, and changes.
@@ -271,6 +273,23 @@ def _styled(entry: Field, style: Style) -> Field:
                 return value
 
     return replace(entry, value=changed(entry.value))
+
+
+@cache
+def step_texts() -> dict[str, dict[str, str]]:
+    """The rows of steps.csv by their keys: titles, sentences, and the results that a step shows.
+
+    The words for `{}` in a sentence depend on whether forces act besides those of L.
+    """
+    with resources.files(__package__).joinpath("steps.csv").open(encoding="utf-8") as table:
+        return {row["key"]: row for row in csv.DictReader(table)}
+
+
+def step(key: str, shown: Iterable[Field], tables: Iterable[Table] = (), *words: str, **named: str) -> Step:
+    """A step of the working by steps.csv, with words in its text, and with what is `shown` in it."""
+    texts = step_texts()[key]
+    title, sentence = (texts[part].format(*words, **named) for part in ("title", "sentence"))
+    return Step(title, sentence, tuple(shown), tuple(tables))
 
 
 def titled(entry: Field, title: str = "") -> Field:

@@ -29,7 +29,7 @@ from rigidcli.studies import writing
 from rigidcli.studies.common import field_of, if_known
 from rigidcli.studies.hamilton import by_name, named, rate_named
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.system import LONGEST_FORMULA, derived_parameters, known_values, titled
+from rigidcli.studies.hamilton.system import LONGEST_FORMULA, derived_parameters, known_values, step, titled
 
 # Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule.
 MOST_BRACKETS = 6
@@ -126,33 +126,22 @@ class TransformedSystem(NamedTuple):
         """Lead to the brackets and to H in the new variables; `fields` are all results."""
         if self.transform.generating is not None:
             kind, function = self.transform.generating
-            sentence = f"A generating function of type {kind} gives {RELATIONS[kind]}."
-            if self._solved:
-                sentence += f" These relations are solved for the {self._solved} variables."
+            solved = f" These relations are solved for the {self._solved} variables." if self._solved else ""
             shown = [Field("", Formula(function.root, exact=True), kind, f"{kind[0]}_{kind[1]}")]
             for entry in fields:
                 for key in ("change", self._solved):
                     if entry.key.startswith(f"transform.{key}."):
                         name = entry.key.split(".", 2)[2]
                         shown.append(titled(entry, name))
-            yield Step("Generating function", sentence, tuple(shown))
+            yield step("generating", shown, kind=kind, relations=RELATIONS[kind], solved=solved)
         for pair in islice(self.brackets, MOST_BRACKETS):
-            yield Step(
-                f"Bracket {_text(pair)}",
-                f"The bracket of A and B is the sum of dA/dq dB/dp - dA/dp dB/dq, here over the pairs of "
-                f"{' and '.join(self.phase.names)}. The change is canonical only if this one is "
-                f"{self.canonical[pair]}.",
-                tuple(self._worked(pair)),
-            )
+            names, expected = " and ".join(self.phase.names), str(self.canonical[pair])
+            yield step("bracket", self._worked(pair), pair=_text(pair), names=names, expected=expected)
         if self.hamiltonian is not None:
-            sentence = "The old variables are put into H as functions of the new ones."
-            if any(TIME in e.names for e in self.values.values()):
-                sentence += " The change depends on the time: what makes the new variables move at fixed old "
-                sentence += "ones is added."
-            sentence += " The derivatives of the new H are the new equations."
+            is_timed = any(TIME in e.names for e in self.values.values())
             keys = ("transform.hamiltonian", "transform.equations.")
             shown = [titled(entry) for entry in fields if entry.key.startswith(keys)]
-            yield Step("Hamiltonian in the new variables", sentence, tuple(shown))
+            yield step("new_with_time" if is_timed else "new", shown)
 
     def _worked(self, pair: tuple[str, str]) -> Iterator[Field]:
         """The derivatives of two variables, and their bracket before it is worked out, and after."""
