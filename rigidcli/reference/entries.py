@@ -24,7 +24,7 @@ from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 from rigidcli.homework.base import CODES
 from rigidcli.homework.question import AnswerFile, Assignment
-from rigidcli.language.words import ALIASES, CONSTANTS, DEFINED, FUNCTIONS, NOTATION, QUANTITIES
+from rigidcli.language.words import ALIASES, CONSTANTS, DEFINED, FUNCTIONS, NOTATION
 from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
 from rigidcli.studies.common import RESULTS, WORDS
@@ -156,8 +156,8 @@ def _others() -> Iterator[Entry]:
         yield Entry(("functions", name), f"{value:.16g}")
     taken = "the first that is right; in a document the one whose names and dimension fit, if there is one"
     yield Entry(("notation",), "how what people type is read", facts={"taken": taken})
-    for each in (*NOTATION, *QUANTITIES):
-        readings = "; or ".join(each.readings) + " (answers)" * (each.document == "answers only")
+    for each in NOTATION:
+        readings = "; or ".join(each.readings) + " (answers)" * (each.document == "refused")
         yield Entry(("notation", each.typed), readings)
     yield Entry(("mistakes",), "what `check` may say")
     for code, sentence in CODES.items():
