@@ -67,17 +67,9 @@ _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'do
 _COUNTED_THINGS = re.compile(rf"(?i){said('counted')}")
 _DENIED = re.compile(rf"(?i)\s*{said('not')}")
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-_COUNTS = [
-    "zero null cero",
-    "one eins uno",
-    "two zwei deux dos",
-    "three drei trois tres",
-    "four vier quatre",
-    "five",
-    "six",
+_IN_WORDS = [  # `two` is 2, and `one half` is not
+    (re.compile(rf"(?i)\A{said(digit)}(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))"), digit) for digit in "0123456"
 ]
-_COUNTED = {word: str(number) for number, words in enumerate(_COUNTS) for word in words.split()}
-_IN_WORDS = re.compile(rf"(?i)(?<=\A)(?:{'|'.join(_COUNTED)})(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))")
 _T = TypeVar("_T")
 _Way = TypeVar("_Way")
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
@@ -156,7 +148,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
-    text = str(answer) if place else _IN_WORDS.sub(lambda word: _COUNTED[word[0].lower()], str(answer))
+    text = str(answer) if place else rewritten(str(answer), _IN_WORDS)
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     told = _AGAIN.split(text, maxsplit=2)
@@ -290,7 +282,9 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
         if is_name and _DENIED.match(member):
             return taken_back(member)
         own = value(member)
-        second = value(typed.second_name(member)) if place else None
+        second = (
+            value(typed.SECOND_NAME.sub("", member)) if place and typed.SECOND_NAME.search(member) else None
+        )
         # the name behind it begins another answer, unless it is a unit of the same number
         if second is not None and own in (None, second) and not is_equal(second):
             raise Unreadable("wrong_shape", typed.TWO_ANSWERS)

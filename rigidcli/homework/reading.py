@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import islice, product
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import number, symbol, total
@@ -24,14 +24,14 @@ from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
-from rigidcli.homework.lists import TIME, read_list, split
+from rigidcli.homework.lists import TIME, read_list
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
 from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import Call, Node, names_in, nodes
-from rigidcli.language.typed import cut, is_enclosed, two_answers, undecorated, without_labels
+from rigidcli.language.typed import cut, is_enclosed, statements, two_answers, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, said, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
@@ -277,7 +277,7 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
         return readings_of(text)[0].read_as
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
-            sides = read_equations(text, None)
+            sides = read_all_equations(text, {})
             return "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
     with suppress(Unreadable):
         return without_doubt(read_expression(text, None))
@@ -291,91 +291,97 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
 Sides: TypeAlias = tuple[str, Node, Node]  # the place of an equation in the answer, and its two sides
 
 
+class Equations(NamedTuple):
+    """The equations of an answer, and what is wrong with those that cannot be read.
+
+    Of a chain of equalities the last member counts; each member `between` that can be read stands with it.
+    """
+
+    sides: list[Sides]
+    unread: list[Unreadable]
+    between: list[Sides]
+
+
 def read_equations(
     answer: Tree,
     names: Names | None,
-    tops: Mapping[str, str] | None = None,
-    unread: list[Unreadable] | None = None,
-    chained: list[Sides] | None = None,
+    tops: Mapping[str, str],
     is_true: Callable[[Node, Node], bool | str] = lambda left, right: True,
-) -> list[Sides]:
+) -> Equations:
     """The equations of a mapping, of a list of texts, or of lines; of several readings one that `is_true`.
 
     In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
-    Of a chain of equalities the last member counts; those between that can be read are added to what is
-    `chained`, with the last. Raises Unreadable; with a list for what is `unread`, only where no equation can
-    be read.
+    Raises Unreadable where no equation can be read.
     """
-    failed: list[Unreadable] = []
-    equations = list(_texts(answer, "", failed))
+    found = Equations([], [], [])
+    equations = list(_equations(answer, "", found.unread))
     if len(equations) > 200:  # twice the variables of the largest system that anybody writes
         raise Unreadable("too_large", f"{len(equations)} equations")
-    tops = tops or {}
     keys = [members[0].strip() for _, members, is_key in equations if is_key]
     if names is not None:
         keys = [names.words.meaning(key) or key for key in keys]
-    are_short = len(keys) == len(equations) and all(key in tops for key in keys)
-    sides, others = list[Sides](), chained if chained is not None else []
+    are_short = len(keys) == len(equations) and tops.keys() >= {*keys}
     for count, (place, (first, *between, last), _) in enumerate(equations):
+        first = tops[keys[count]] if are_short else first
         try:
-            first = tops[keys[count]] if are_short else first
             readings = [read_expressions(side, names, place, leading=False) for side in (first, last)]
-            pairs = list(product(*readings))
-            left, below = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
-            sides.append((place, left, below))
-            for member in between:
-                with suppress(Unreadable):
-                    others.append((place, read_expression(member, names, leading=False), below))
         except Unreadable as problem:
-            failed.append(problem)
-    if failed and (unread is None or not sides):
-        raise failed[0]
-    if not sides:
-        raise Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
-    if unread is not None:
-        unread += failed
-    return sides
+            found.unread.append(problem)
+            continue
+        pairs = list(product(*readings))
+        left, right = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
+        found.sides.append((place, left, right))
+        for member in between:
+            with suppress(Unreadable):
+                found.between.append((place, read_expression(member, names, leading=False), right))
+    if not found.sides:
+        nothing = Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
+        raise next(iter(found.unread), nothing)
+    return found
 
 
-def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, list[str], bool]]:
+def read_all_equations(answer: Tree, tops: Mapping[str, str]) -> list[Sides]:
+    """The equations of an answer without a question. Raises Unreadable where one cannot be read."""
+    found = read_equations(answer, None, tops)
+    if found.unread:
+        raise found.unread[0]
+    return found.sides
+
+
+def _equations(answer: Tree, place: str, unread: list[Unreadable]) -> Iterator[tuple[str, list[str], bool]]:
     """The place and the members of every equation, and whether the first one was a key of a mapping.
 
-    What is no equation is added to what has `failed`.
+    What is no equation is added to what is `unread`.
     """
-
-    def fails(code: str, detail: str) -> None:
-        failed.append(Unreadable(code, detail, place=place))
-
-    if isinstance(answer, dict):
-        for key, value in answer.items():
-            place = str(key)
-            if value is None and "=" in place:  # as YAML reads `{xdot = p/m, pdot = -k x}`
-                yield from _texts(place, "", failed)
-            elif not isinstance(value, str):
-                fails("wrong_shape", f"read {shown(value)}, expected an expression")
-            elif "=" in value:
-                yield from _texts(value, place, failed)
+    if isinstance(answer, str):
+        try:
+            several = _statements(answer)
+        except ExpressionError as error:
+            unread.append(Unreadable(error.code or "parse_error", advice(error), place=place))
+            return
+        for count, text in enumerate(several, 1):
+            where = place or (f"equation {count}" if len(several) > 1 else "")
+            number = where.removeprefix("equation ") if where[-1:].isdigit() else "1"
+            text = re.sub(rf"(?<=[\w)}}\]])\s+\({number}\)\s*\Z", "", text)
+            if len(texts := re.split(r"==?", text)) > 1:
+                yield where, texts, False
             else:
-                yield place, [place, value], True
+                detail = f"no `=` in {shown(text)}: write an equation, such as `xdot = p/m`"
+                unread.append(Unreadable("parse_error", detail, place=where))
     elif isinstance(answer, list):
         for count, entry in enumerate(answer, 1):
-            yield from _texts(entry, f"equation {count}", failed)
-    elif isinstance(answer, str):
-        own = place
-        try:
-            pieces = list(_equations_in(answer))
-        except ExpressionError as error:
-            return fails(error.code or "parse_error", advice(error))
-        for count, piece in enumerate(pieces, 1):
-            place = own or (f"equation {count}" if len(pieces) > 1 else "")
-            number = place.removeprefix("equation ") if place[-1:].isdigit() else "1"
-            piece = _WORDS_AHEAD.sub("", re.sub(rf"(?<=[\w)}}\]])\s+\({number}\)\s*\Z", "", piece)).strip()
-            if len(members := re.split(r"==?", piece)) > 1:
-                yield place, members, False
+            yield from _equations(entry, f"equation {count}", unread)
+    elif isinstance(answer, dict):
+        for key, value in answer.items():
+            if value is None and "=" in str(key):  # as YAML reads `{xdot = p/m, pdot = -k x}`
+                yield from _equations(str(key), str(key), unread)
+            elif isinstance(value, str) and "=" not in value:
+                yield str(key), [str(key), value], True
             else:
-                fails("parse_error", f"no `=` in {shown(piece)}: write an equation, such as `xdot = p/m`")
+                yield from _equations(value if isinstance(value, str) else None, str(key), unread)
     else:
-        fails("wrong_shape", f"read {shown(answer)}, expected equations")
+        expected = "expected an expression" if place else "expected equations"
+        unread.append(Unreadable("wrong_shape", f"read {shown(answer)}, {expected}", place=place))
 
 
 _WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
@@ -385,38 +391,26 @@ _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
 _PART = re.compile(
     r"(?:\A|(?<=\s))(?:[1-9a-h]|i{1,3})\)\s+|(?:\A|(?<=[\w)]\s))\([_1-9]\)\s+(?=[^\W\d]\w*dot\w*\s*=)"
 )
-_BETWEEN = re.compile(rf"[\n;]|=>|\s\|\s|\s&\s|\b{said('and')}|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
+# Beside what stands between any statements: an arrow, a bar, `and`.
+_BETWEEN = re.compile(rf"=>|\s\|\s|\s&\s|\b{said('and')}|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
 _RATE = re.compile(r"\s*[^\W\d]\w*dot\w*\s*=")
 # What stands between two equations for derivatives, where nothing but a blank does.
 _NEXT_RATE = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
 
 
-def _equations_in(answer: str) -> Iterator[str]:
-    """The equations of a text, between lines, semicolons, `and`, and commas before another equation.
-
-    Raises ExpressionError where one equation or another is given.
-    """
+def _statements(answer: str) -> list[str]:
+    """The equations of a text. Raises ExpressionError where one equation or another is given."""
     text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
     if "=" in text and is_enclosed(text):
         text = text.strip()[1:-1]
-    text = typed.slopes(without_latex(text).translate(typed.POINTS))
-    text = "\n".join(cut(re.sub(r"\s*\n\s*(?==(?!>))", " ", text), _PART))
+    text = "\n".join(cut(typed.slopes(without_latex(text).translate(typed.POINTS)), _PART))
     if "=" not in text.replace("=>", ""):
         text = _NAMED.sub(r"\1=", text)
     if re.search(rf"\b{said('or')}", text):
         raise two_answers()
-    for line in _BETWEEN.split(text):
-        whole, pieces = "", split(line)
-        if all(map(_RATE.match, pieces)):
-            pieces = [part for piece in pieces for part in _NEXT_RATE.split(piece)]
-        for piece in pieces:
-            if whole and "=" in piece and "=" in whole:
-                yield whole
-                whole = piece
-            else:
-                whole = f"{whole},{piece}" if whole else piece
-        if whole.strip(" \t\r,."):
-            yield re.sub(r"[\s,]+\Z|(?<=\D)\.\s*\Z", "", whole)
+    several = map("=".join, statements(_BETWEEN.sub("\n", text)))
+    parts = (part for each in several for part in (_NEXT_RATE.split(each) if _RATE.match(each) else [each]))
+    return [_WORDS_AHEAD.sub("", typed.END.sub("", part)).strip() for part in parts]
 
 
 def names_in_all(sides: Iterable[Sides]) -> set[str]:

@@ -2,8 +2,9 @@ r"""What people type as answers: formulas in a question's own letters, and what 
 
     words = Words(["m", "g", "z", "p_theta", "theta"])
     expressions(r"\frac{p_\theta^2}{2m} + mgz", words)      # [the tree of p_theta**2/(2*m) + m*g*z]
-    judged_member("H = T + V = p^2/(2 m)")                  # ("p^2/(2 m)", ["H", "T + V"])
-    judged_member("x = 3 or x = 5")                         # ExpressionError: two answers
+    statements("x = 2 a = 3; y = 5")                        # [["x ", " 2 a ", " 3"], [" y ", " 5"]]
+    last_member("H = T + V = p^2/(2 m)")                    # (" p^2/(2 m)", ["H", " T + V "])
+    last_member("x = 3 or x = 5")                           # ExpressionError: two answers
     undecorated("The answer is **3.12** (3 s.f.).")         # "3.12"
 
 Beside the grammar of `parser`: LaTeX, square brackets, decimal commas, `dx/dt`, primes, and a name and `=` in
@@ -122,14 +123,19 @@ _LABEL = re.compile(
     r"(?:\s*/\s*d\s*t)?(?:\s*[(\[][^()\[\]]*[)\]])?\s*[|>]?\s*"
 )
 _EQUALS = re.compile(r"(?<![<>=!]):?==?(?![>=])")
-_IMPLIES = re.compile(r"=>|->")
-_OR = re.compile(rf"(?i)(?<=[\w)\].'])\s+{said('or', 'and')}\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
-_NEXT = re.compile(rf"[\n;]|[,.]\s+(?={_LABEL.pattern}:?=)")
-_SECOND = re.compile(rf"(?P<value>.*[\w)\]}}°%])\s+(?P<name>{_WORD}(?:\([\w, ]*\))?)\s*", re.DOTALL)
+_ARROW = re.compile(r"=>|->")
+_AND = re.compile(rf"(?i)(?<=[\w)\].'])\s+{said('or', 'and')}\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
+# What stands between statements: a line, a semicolon, and a comma or a dot before another `=`.
+_BETWEEN = re.compile(r"[\n;]|(?:,(?!\d)|[,.]\s)\s*(?=[^=,;\n]*(?<![<>!])=(?!>))")
+# A name behind a value, as in `slow = 3 fast = 5`, which may begin a second answer.
+SECOND_NAME = re.compile(rf"(?s)(?<=[\w)\]}}°%])\s+{_WORD}(?:\([\w, ]*\))?\s*\Z")
 # What may be said of a value behind a last `=`: `E = 12.5 J = const.`
 _CONSTANT = re.compile(rf"(?i)\s*{said('constant')}\.?\s*")
 # An arrow in the place of `=` behind a name.
 _LEADS_TO = re.compile(rf"\A(\s*{_WORD}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
+# A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`.
+_COLON = re.compile(r"\A(?:\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=])")
+END = re.compile(r"(?<!\d)\.\s*\Z|[;,\s]+\Z")
 
 _BRACKET = re.compile(r"[()\[\]{}]")
 
@@ -184,50 +190,40 @@ def cut(text: str, between: re.Pattern[str]) -> list[str]:
     return [*pieces, text[begin:]]
 
 
-def members(text: str) -> list[str]:
-    """The members of a chain of equalities. The first may be a name."""
-    return cut(text, _EQUALS)
+def statements(text: str) -> list[list[str]]:
+    """What a plain text says, one statement after the other: each is the members of a chain of equalities.
 
-
-def judged_member(text: str) -> tuple[str, list[str]]:
-    """The last member of a chain of equalities, and the members before it.
-
-    A text may say the same name again, in lines or behind `=>`. Raises ExpressionError for several answers.
+    A line that begins or ends with `=` goes on with its neighbour.
     """
+    text = re.sub(r"\s*\n\s*(?==(?!>))|(?<=[^<>]=)\s*\n\s*", " ", text)
+    return [cut(piece, _EQUALS) for piece in cut(text, _BETWEEN) if piece.strip(" \t\r,.")]
+
+
+def last_member(text: str) -> tuple[str, list[str]]:
+    """The last member of a chain of equalities in a plain text, without a final dot, and those before it.
+
+    A name and a colon, or a sign that says `about`, may stand in front. The text may say the same name again,
+    in lines or behind `=>`. Raises ExpressionError for several answers.
+    """
+    text = _COLON.sub("", re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text))
     text = _LEADS_TO.sub(r"\1=", text)
-    if "=" not in text and not _OR.search(text):
-        return text, []
-    if len(cut(text, _OR)) > 1:
+    if "=" not in text and not _AND.search(text):
+        return END.sub("", text), []
+    *reasons, conclusion = map(statements, cut(text, _ARROW))
+    (name, *values), *again = conclusion or [[text]]
+    name = name.strip()
+    named = {own.strip() for reason in reasons for own, *others in reason if others and is_label(own)}
+    is_other = any(len(members) < 2 or members[0].strip() not in ("", name) for members in again)
+    if is_other or not named <= {name} or len(cut(text, _AND)) > 1:
         raise two_answers()
-    *reasons, conclusion = cut(text, _IMPLIES)
-    first, *again = [piece for piece in cut(conclusion, _NEXT) if piece.strip()] or [conclusion]
-    chain = members(first)
-    name = chain[0].strip()
-    for statement in again:
-        own, *others = members(statement)
-        if not others or own.strip() not in ("", name):
-            raise two_answers()
-        chain += others
-    for reason in reasons:
-        own = members(reason)[0].strip()
-        if is_label(own) and "=" in reason and own != name:
-            raise two_answers()
-    if len(chain) > 1 and _CONSTANT.fullmatch(chain[-1]):
-        chain.pop()
-    return chain[-1], chain[:-1]
-
-
-def second_name(member: str) -> str | None:
-    """Of `3 fast`, as in `slow = 3 fast = 5`, the `3`: the name behind it may begin a second answer."""
-    match = _SECOND.fullmatch(member)
-    return match["value"] if match else None
+    *before, last = [name, *values, *(member for _, *others in again for member in others)]
+    if before and _CONSTANT.fullmatch(last):
+        *before, last = before
+    return END.sub("", last), before
 
 
 # --- formulas
 
-# A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`.
-_COLON = re.compile(r"\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=]")
-_END = re.compile(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z")
 _NAME = r"[^\W\d]\w*+"
 _FUNCTIONS = rules(  # as programs write them: np.sqrt(x), Cos[x], SQRT(x)
     (r"\b(?:np|numpy|[Mm]ath|sp|sympy)\.(?=[a-zP])", ""),
@@ -296,21 +292,6 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
         raise two_answers()
     formula = _PI.sub(lambda sign: sign[0] if words and words.products(sign[0]) else "pi", formula)
     return of_tokens(tokenize(formula, as_typed=False), {}, words)
-
-
-def last_member(text: str) -> tuple[str, list[str]]:
-    """The last member of a chain of equalities in a plain text, without a final dot, and those before it.
-
-    A name and a colon, or a sign that says `about`, may stand in front. Raises ExpressionError.
-    """
-    text = re.sub(r"\s*\n\s*(?==(?!>))|(?<=[^<>]=)\s*\n\s*", " ", text)
-    last, before = judged_member(_begun(re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text)))
-    return _END.sub("", last), before
-
-
-def _begun(text: str) -> str:
-    leading = _COLON.match(text)
-    return text if leading is None else text[leading.end() :]
 
 
 def slopes(text: str) -> str:

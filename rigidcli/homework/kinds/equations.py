@@ -37,6 +37,7 @@ from rigidcli.homework.reading import (
     in_other_letters,
     names_in_all,
     names_of,
+    read_all_equations,
     read_equations,
     read_expressions,
 )
@@ -74,15 +75,13 @@ class EquationsKind(AnswerKind):
 
     def read(self, key: MotionKey, answer: Tree) -> ReadAnswer:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
-        unread: list[Unreadable] = []
-        chained: list[Sides] = []
         # In `{x: ...}` the key x means xdot (or xddot).
         tops_of = {re.sub(r"d?dot\Z", "", rate): rate for rate in key.rates}
-        sides = read_equations(answer, key.formulas.names, tops_of, unread, chained, key.is_true)
-        shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
-        differ = any(key.is_true(member, last) is False for _, member, last in chained)
-        findings = [finding for each in unread for finding in each.findings]
-        return ReadAnswer((sides, findings), shown, CONTRADICTION if differ else "")
+        found = read_equations(answer, key.formulas.names, tops_of, key.is_true)
+        shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in found.sides)
+        differ = any(key.is_true(member, last) is False for _, member, last in found.between)
+        findings = [finding for each in found.unread for finding in each.findings]
+        return ReadAnswer((found.sides, findings), shown, CONTRADICTION if differ else "")
 
     def judge(self, key: MotionKey, value: Answer) -> Outcome:
         sides, unread = value
@@ -357,7 +356,7 @@ def of_text(source: KeySource) -> MotionKey:
     question = source.question
     keys = [key.strip() for key in source.value] if isinstance(source.value, dict) else []
     tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
-    sides = read_equations(source.value, None, tops_of)
+    sides = read_all_equations(source.value, tops_of)
     used = names_in_all(sides)
     functions = _functions(question, used)
     second = tuple(name for name in functions if acceleration(name) in used)
