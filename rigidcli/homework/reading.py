@@ -31,7 +31,7 @@ from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import Call, Node, names_in, nodes
-from rigidcli.language.typed import cut, is_enclosed, statements, two_answers, undecorated, without_labels
+from rigidcli.language.typed import TWO_ANSWERS, cut, is_enclosed, statements, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, said, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
@@ -407,7 +407,7 @@ def _statements(answer: str) -> list[str]:
     if "=" not in text.replace("=>", ""):
         text = _NAMED.sub(r"\1=", text)
     if re.search(rf"\b{said('or')}", text):
-        raise two_answers()
+        raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
     several = map("=".join, statements(_BETWEEN.sub("\n", text)))
     parts = (part for each in several for part in (_NEXT_RATE.split(each) if _RATE.match(each) else [each]))
     return [_WORDS_AHEAD.sub("", typed.END.sub("", part)).strip() for part in parts]

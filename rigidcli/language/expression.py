@@ -65,7 +65,9 @@ def parse(
         source = undotted(text)
         tokens = tokenize(source, as_typed=source == text)
     except ExpressionError as error:
-        if error.code or any(letter.isalpha() and not _is_read(letter) for letter in text):
+        # Dots over letters are derivatives; other accents are no decoration of a name.
+        bare = (unicodedata.normalize("NFKD", sign).strip(DOTS) for sign in text if sign.isalpha())
+        if error.code or not all(letter.isascii() or letter in GREEK_LETTERS for letter in bare):
             raise
         try:
             typed = plain(text.strip(QUOTES + "‘’"))
@@ -87,11 +89,6 @@ def parse(
 
 
 _ANY = Words((), is_open=True)
-
-
-def _is_read(letter: str) -> bool:
-    """Whether a letter has an ASCII spelling: dots are derivatives, other accents no decoration of a name."""
-    return unicodedata.normalize("NFKD", letter).strip(DOTS).isascii() or letter in GREEK_LETTERS
 
 
 _SHOWN = 60  # the most characters of a reading that a message proposes

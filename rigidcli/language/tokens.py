@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
+from rigidcli.language.words import table
 
 MAX_TEXT = 20_000  # the most characters of an expression, so that it is read in well under a second
 # The most digits of one number and of its power of ten, so that its exact fraction stays small.
@@ -60,27 +61,8 @@ _TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-_HINTS = {
-    ":": "a ratio is written with `/`",
-    "=": "an expression is one side of an equation",
-    "%": "a percentage is written with `/100`",
-    "!": "there is no factorial and no comparison",
-    **dict.fromkeys("<>", "there are no comparisons"),
-    ";": "this is one expression",
-    "±": "give one value",
-    "∂": "work out the derivatives",
-    "[": "group with `(` and `)`; an index is part of a name, as in `a_1`",
-    "{": "group with `(` and `)`",
-    "'": "names stand without quotes; a time derivative is `xdot`, and that of a function h(x) `dh_dx(x)`",
-    '"': "names stand without quotes",
-    ".": "a number has one decimal point, a name has none",
-    "\\": "functions and Greek letters are spelled without a backslash",
-    "\N{NO-BREAK SPACE}": "type an ordinary blank",
-    **dict.fromkeys("\N{MULTIPLICATION SIGN}\N{ASTERISK OPERATOR}", "write `*`"),
-    "\N{DIVISION SIGN}": "write `/`",
-    **dict.fromkeys("\N{HYPHEN}\N{EN DASH}\N{EM DASH}", "write `-`"),
-    "\N{DEGREE SIGN}": "angles are in radians: multiply by `pi/180`",
-}
+# What to write in the place of signs that the language does not have.
+_HINTS = {sign: hint for signs, hint in table("signs.tsv", "\t") for sign in signs}
 
 
 # Notations, each a pattern with what is read in its place.

@@ -162,12 +162,10 @@ Node = Number | Constant | Name | Negative | Reciprocal | Sum | Product | Power 
 def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
     """The same operation on changed operands."""
     match node:
-        case Negative(operand) | Reciprocal(operand):
-            return type(node)(change(operand))
-        case Sum(operands) | Product(operands):
-            return type(node)(tuple(map(change, operands)))
-        case Power(base, exponent):
-            return Power(change(base), change(exponent))
+        case Negative() | Reciprocal() | Power():
+            return type(node)(*map(change, operands(node)))
+        case Sum(several) | Product(several):
+            return type(node)(tuple(map(change, several)))
         case Call(function, arguments):
             return Call(function, tuple(map(change, arguments)))
         case _:
@@ -259,10 +257,9 @@ def insides(trees: Iterable[Node]) -> set[Node]:
         match part:
             case Call(function, arguments) if function not in ("sin", "cos"):
                 inner.update(arguments)
-            case Reciprocal(Product(factors)):
-                inner.update(map(_base, factors))
             case Reciprocal(divisor):
-                inner.add(_base(divisor))
+                factors = divisor.factors if isinstance(divisor, Product) else (divisor,)
+                inner.update(each.base if isinstance(each, Power) else each for each in factors)
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
                 inner.add(base)
     return inner
@@ -272,11 +269,6 @@ def phases(trees: Iterable[Node]) -> set[Node]:
     """The arguments of sines and cosines in trees."""
     calls = (part for part in nodes(trees) if isinstance(part, Call))
     return {call.arguments[0] for call in calls if call.function in ("sin", "cos", "tan")}
-
-
-def _base(node: Node) -> Node:
-    """What a power is one of, or the node itself."""
-    return node.base if isinstance(node, Power) else node
 
 
 def number(value: float) -> Node:

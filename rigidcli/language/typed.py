@@ -140,11 +140,6 @@ END = re.compile(r"(?<!\d)\.\s*\Z|[;,\s]+\Z")
 _BRACKET = re.compile(r"[()\[\]{}]")
 
 
-def two_answers() -> ExpressionError:
-    """The error for several answers where one is asked."""
-    return ExpressionError(TWO_ANSWERS, code="wrong_shape")
-
-
 def is_label(side: str) -> bool:
     """Whether a side of `=` only names what follows: `H(x, p)`, `the slow rate`."""
     return _LABEL.fullmatch(side) is not None and CALLED.isdisjoint(re.findall(r"\w+", side))
@@ -215,7 +210,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
     named = {own.strip() for reason in reasons for own, *others in reason if others and is_label(own)}
     is_other = any(len(members) < 2 or members[0].strip() not in ("", name) for members in again)
     if is_other or not named <= {name} or len(cut(text, _AND)) > 1:
-        raise two_answers()
+        raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
     *before, last = [name, *values, *(member for _, *others in again for member in others)]
     if before and _CONSTANT.fullmatch(last):
         *before, last = before
@@ -262,8 +257,6 @@ _RATES = rules(
     (r"_?dot_?dot\b", "ddot"),
     (rf"(?P<of>{_NAME})(?:(?P<two>''|\")|')(?:\(t\))?", _rate),
 )
-_EITHER_SIGN = re.compile(r"\s*(?:\+/?-|-\+)")
-_PI = re.compile(r"\b(?:Pi|PI)\b")
 
 POINTS = str.maketrans("[]", "()")  # square brackets are parentheses
 
@@ -279,18 +272,13 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
     formula = rewritten(plain(text), _FUNCTIONS)
     if leading:
         formula, before = last_member(formula)
-        name = formula.strip()
-        if (
-            before
-            and words
-            and re.fullmatch(_NAME, name)
-            and not (words.meaning(name) or words.products(name))
-        ):
+        name = formula.strip() if words and re.fullmatch(rf"\s*{_NAME}\s*", formula) else ""
+        if words and name and before and not (words.meaning(name) or words.products(name)):
             formula = before[-1]  # `... = E` names the result
     formula = slopes(formula.translate(POINTS))
-    if _EITHER_SIGN.match(formula):
-        raise two_answers()
-    formula = _PI.sub(lambda sign: sign[0] if words and words.products(sign[0]) else "pi", formula)
+    if re.match(r"\s*(?:\+/?-|-\+)", formula):
+        raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
+    formula = re.sub(r"\bP[iI]\b", lambda pi: pi[0] if words and words.products(pi[0]) else "pi", formula)
     return of_tokens(tokenize(formula, as_typed=False), {}, words)
 
 

@@ -89,13 +89,13 @@ RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS,
 # --- the words of people
 
 
-def _table(name: str, between: str) -> list[list[str]]:
+def table(name: str, between: str) -> list[list[str]]:
     """The rows of a file beside this one, without the heads of its columns."""
     lines = Path(__file__).with_name(name).read_text("utf-8").splitlines()
     return [line.split(between) for line in lines[1:]]
 
 
-_SAID = {meaning: words.split() for meaning, words in _table("words.csv", ",")}
+_SAID = {meaning: words.split() for meaning, words in table("words.csv", ",")}
 
 
 def said(*meanings: str) -> str:
@@ -191,5 +191,5 @@ class Notation(NamedTuple):
 
 
 NOTATION = [
-    Notation(of, document, typed, readings) for of, document, typed, *readings in _table("notation.tsv", "\t")
+    Notation(of, document, typed, readings) for of, document, typed, *readings in table("notation.tsv", "\t")
 ]
