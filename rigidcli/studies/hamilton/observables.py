@@ -249,16 +249,9 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
 
 def _factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
     """The factor c of value = c e, if c has none of the `moving` names; else None."""
-    letters = sorted((value.names | e.names).difference(moving))
-    rows = sampled([value, e], {name: 0.6 + 0.13 * k for k, name in enumerate(letters)})
-    if rows is None or not e:
-        return None
-    ratios = rows[:, 0] / np.where(rows[:, 1], rows[:, 1], np.nan)
-    if not np.ptp(ratios) <= SAME_RATIO * np.abs(ratios).max():
-        return None
     point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
-    factor = tidy(substitute(value, point) / substitute(e, point))
-    return factor if is_zero(value - factor * e) else None
+    there, of_e = (substitute(part, point) for part in (value, e))
+    return tidy(there / of_e) if is_zero(value * of_e - there * e) else None
 
 
 def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
