@@ -39,10 +39,10 @@ MOST_LINES = {
     "fields": 2086,  # a section reads on with the key that is meant
     "homework": 8945,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2550,  # one reader, with readings; one pattern of decimal numbers for all rooms
-    "mechanics": 2920,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 2916,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2816,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 8010,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 8003,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1672,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

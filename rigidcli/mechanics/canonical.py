@@ -306,7 +306,8 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
         for name in names:
             # p = dF/dq and Q = dF/dP, but q = -dF/dp and P = -dF/dQ.
             sign = 1 if (phase is old) == (name in phase.coordinates) else -1
-            relations[_partner(name, phase)] = tidy(sign * derivative(function, name))
+            partner = dict(zip(phase.names, phase.momenta + phase.coordinates, strict=True))[name]
+            relations[partner] = tidy(sign * derivative(function, name))
     signs = _regular_point(function, relations, befores, afters)
     if signs is None:
         raise ComputationError(
@@ -316,11 +317,6 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
         )
     by_new, by_old = (_solved(relations, side, signs) for side in (old, new))
     return Generated(relations, by_new, by_old, derivative(function, TIME))
-
-
-def _partner(name: str, phase: Phase) -> str:
-    names = phase.names
-    return names[(names.index(name) + len(phase.coordinates)) % len(names)]
 
 
 def _regular_point(

@@ -152,21 +152,14 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     )
 
 
-class _Run(NamedTuple):
-    """A solution, its error in units of the sizes of the variables, and when it is lost, if ever.
+def _follow(
+    found: Findings, motion: EquationsOfMotion, until: Event | None, progress: Progress
+) -> tuple[Solution, float, float | None, Floats, float | None]:
+    """Integrate the equations of motion, and again in other steps, to see how many digits are right.
 
-    It is sampled at `times`; an orbit with `until` ends at about that time, if that is met.
+    Returns the solution, its error in units of the sizes of the variables, when it is lost, if ever, the
+    times of its samples, and about when an orbit with `until` ends, if it does.
     """
-
-    solution: Solution
-    error: float
-    lost: float | None
-    times: Floats
-    until: float | None
-
-
-def _follow(found: Findings, motion: EquationsOfMotion, until: Event | None, progress: Progress) -> _Run:
-    """Integrate the equations of motion, and again in other steps, to see how many digits are right."""
     derivation, orbit, initial = found.derivation, found.document.orbit, found.initial
     assert orbit is not None
     assert initial is not None
@@ -216,7 +209,7 @@ def _follow(found: Findings, motion: EquationsOfMotion, until: Event | None, pro
         times,
     )
     error = max(error, _lost_in_slopes(motion, solution, scale), rounding(solution, stops))
-    return _Run(solution, error, lost, times, end)
+    return solution, error, lost, times, end
 
 
 def _require_range(solution: Solution, derivation: Derivation, motion: EquationsOfMotion) -> None:
