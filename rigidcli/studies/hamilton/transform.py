@@ -33,13 +33,6 @@ from rigidcli.studies.hamilton.system import LONGEST_FORMULA, derived_parameters
 
 # Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule.
 MOST_BRACKETS = 6
-# What follows from each type of generating function.
-RELATIONS = {
-    "F1": "p = dF/dq and P = -dF/dQ",
-    "F2": "p = dF/dq and Q = dF/dP",
-    "F3": "q = -dF/dp and P = -dF/dQ",
-    "F4": "q = -dF/dp and Q = dF/dP",
-}
 
 
 class TransformedSystem(NamedTuple):
@@ -133,7 +126,7 @@ class TransformedSystem(NamedTuple):
                     if entry.key.startswith(f"transform.{key}."):
                         name = entry.key.split(".", 2)[2]
                         shown.append(titled(entry, name))
-            yield step("generating", shown, kind=kind, relations=RELATIONS[kind], solved=solved)
+            yield step(kind, shown, (), solved)
         for pair in islice(self.brackets, MOST_BRACKETS):
             names, expected = " and ".join(self.phase.names), str(self.canonical[pair])
             yield step("bracket", self._worked(pair), pair=_text(pair), names=names, expected=expected)
