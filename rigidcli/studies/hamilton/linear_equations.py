@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -49,7 +48,6 @@ IN_RESONANCE = 1e-9
 MOST_COLUMNS = 8
 # The keys of the results that follow from the matrix of linear equations.
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
-
 STABILITY = {
     "stable": "stable: motion stays bounded",
     "marginal": "marginal: deviations grow like a power of t, slower than an exponential",
@@ -79,25 +77,22 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
     if stability == "stable" and is_shifted and not _has_rest(matrix, offset):
         stability = "marginal"
-    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
     # Stability is a question about an equilibrium, and none about free fall, where nothing swings or grows.
     is_hidden = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
+    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    # The angular frequencies of what swings without growing, each once.
+    angular = list(dict.fromkeys(root.angular for root in roots if root.angular and not root.growth))
+    is_numeric = all(isinstance(rate, float) for rate in angular)
+    frequencies = row_of("frequencies", np.array(angular, dtype=float if is_numeric else object))
+    frequencies.cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
+    frequencies.unit = "rad/s" if is_numeric else ""
+    frequencies.title *= bool(angular)
     return [
         *shown,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
-        _frequencies(roots),
+        frequencies,
         row_of("stability", stability, STABILITY[stability] + driven, diagnostic=is_hidden),
     ]
-
-
-def _frequencies(roots: Sequence[Root]) -> Field:
-    """The angular frequencies of what swings without growing, each once."""
-    angular = list(dict.fromkeys(root.angular for root in roots if root.angular and not root.growth))
-    numeric = all(isinstance(rate, float) for rate in angular)
-    entry = row_of("frequencies", np.array(angular, dtype=float if numeric else object))
-    entry.cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
-    entry.unit = "rad/s" if numeric else ""
-    return entry if angular else replace(entry, title="")
 
 
 def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[Root] | None:
