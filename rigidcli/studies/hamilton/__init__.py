@@ -14,7 +14,6 @@ from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
-from rigidcli.core.arithmetic import Floats
 from rigidcli.core.second_run import unshared
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import acceleration
@@ -100,7 +99,7 @@ def find(document: Document, progress: Progress, followed: OrbitSolution | None)
         found.derivation = derivation
         found.orbit = followed or solve_orbit(found, progress)
         if derivation.moves_alone:
-            found.libration = period(derivation, found.initial, found.orbit.samples.coordinates)
+            found.libration = period(derivation, found.initial, found.orbit.samples)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
@@ -236,35 +235,37 @@ def _second_order(derivation: Derivation) -> list[Field]:
     """Lagrange's equations and accelerations; people see the shorter ones, or accelerations if constant."""
     coordinates, lagrange = derivation.phase.coordinates, derivation.lagrange
     second = tuple(map(acceleration, coordinates))
-    vanishing = None if lagrange is None else lagrange.equations
-    solved = None if lagrange is None else derivation.accelerations
+    vanishing, solved = None if lagrange is None else lagrange.equations, derivation.accelerations
     moving = (*coordinates, *derivation.velocity_names, TIME)
     is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
     if vanishing and solved:
         is_solved |= sum(len(str(e)) for e in solved) <= sum(len(str(e)) for e in vanishing)
     hidden = coordinates if is_solved else second
-    equations = by_name("lagrange_equations", coordinates, vanishing, _lagrange, hidden)
+    equations = by_name(
+        "lagrange_equations", coordinates, vanishing, lambda q: (f"Lagrange, {q}: 0 =", "0"), hidden
+    )
     return equations + by_name("accelerations", second, solved, named, hidden)
 
 
 def _constraint_forces(derivation: Derivation) -> list[Field]:
     """The multipliers, the forces of the constraints, and how many ways are left to move."""
-    limits, phase = derivation.system.constraints, derivation.phase
+    limits, coordinates = derivation.system.constraints, derivation.phase.coordinates
     if not limits:
         return []
-    shown = [row_of("degrees_of_freedom", len(phase.coordinates) - len(limits))]
-    forces = derivation.with_multipliers(reactions(limits, len(phase.coordinates)))
-    if derivation.multipliers is None or forces is None:
-        return [*shown, Field("multipliers", None), Field("constraint_forces", None)]
-    for one, e in zip(limits, derivation.multipliers, strict=True):
-        shown.append(celled(f"multipliers.{one.name}", e, one.name, latex_name(one.name)))
-    for q, e in zip(phase.coordinates, forces, strict=True):
-        # A force that is a multiplier is shown already.
-        is_shown = e.is_zero or e in derivation.multipliers
-        sign = f"R_{{{latex_name(q)}}}"
-        key, title = f"constraint_forces.{q}", f"force of constraint, {q}"
-        shown.append(celled(key, e, title, sign, diagnostic=is_shown))
-    return shown
+    multipliers = derivation.multipliers
+    forces = derivation.with_multipliers(reactions(limits, len(coordinates)))
+    # A force that is a multiplier is shown already.
+    pairs = zip(coordinates, forces or (), strict=False)
+    hidden = [q for q, e in pairs if e.is_zero or e in (multipliers or ())]
+    return [
+        row_of("degrees_of_freedom", len(coordinates) - len(limits)),
+        *by_name("multipliers", [one.name for one in limits], multipliers, named),
+        *by_name("constraint_forces", coordinates, forces, _reaction_named, hidden),
+    ]
+
+
+def _reaction_named(name: str) -> tuple[str, str]:
+    return f"force of constraint, {name}", f"R_{{{latex_name(name)}}}"
 
 
 def _energy(derivation: Derivation) -> list[Field]:
@@ -322,11 +323,6 @@ def named(name: str, hidden: Collection[str] = ()) -> tuple[str, str]:
 def rate_named(name: str) -> tuple[str, str]:
     """The title and the symbol of the rate of a variable."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
-
-
-def _lagrange(name: str) -> tuple[str, str]:
-    """The title of one of Lagrange's equations, and its left side."""
-    return f"Lagrange, {name}: 0 =", "0"
 
 
 def _routhian(findings: Findings) -> list[Field]:
@@ -425,28 +421,20 @@ def orbit_table(findings: Findings) -> list[Table]:
     if orbit is None:
         return []
     samples, error = orbit.samples, noise(orbit.trusted_digits)
-    keys = findings.derivation.sample_keys
-    variables = zip(keys, (*samples.coordinates.T, *samples.momenta.T), strict=True)
-    # What changes in a constant is rounding.
-    size = np.abs(samples.energy).max() if "H" in findings.derivation.conserved else 0.0
-    rounding = np.ptp(samples.energy) / size if size else NOISE
-    columns = (
-        Column(TIME, samples.times, (TIME,), "s", (TIME,)),
-        *(_sampled(orbit, key, x, error) for key, x in variables),
-        Column("H", samples.energy, ("H",), noise=rounding),
-        *(_sampled(orbit, key, x, error) for key, x in samples.further.items()),
-    )
-    return [Table("orbit", "the orbit", columns, data=True)]
-
-
-def _sampled(orbit: OrbitSolution, key: str, samples: Floats, error: float) -> Column:
-    """A column of samples with their noise.
-
-    The error is a share of the largest value on the way: a section may hold small ones only.
-    """
-    name, largest = key.partition(".")[2], float(np.abs(samples).max())
-    share = max(1.0, orbit.scales.get(key, 0.0) / largest) if largest else 1.0
-    return Column(key, samples, (name,), symbols=(latex_name(name),), noise=error * share)
+    columns = [Column(TIME, samples.times, (TIME,), "s", (TIME,))]
+    for key, values in samples.values.items():
+        name, largest = key.partition(".")[2], float(np.abs(values).max())
+        if key == "H":
+            # What changes in a constant is rounding.
+            is_constant = largest and "H" in findings.derivation.conserved
+            columns.append(
+                Column(key, values, (key,), noise=np.ptp(values) / largest if is_constant else NOISE)
+            )
+            continue
+        # The error is a share of the largest value on the way: a section may hold small ones only.
+        share = max(1.0, orbit.scales[key] / largest) if largest else 1.0
+        columns.append(Column(key, values, (name,), symbols=(latex_name(name),), noise=error * share))
+    return [Table("orbit", "the orbit", tuple(columns), data=True)]
 
 
 def notes_on(findings: Findings) -> list[str]:

@@ -70,10 +70,9 @@ class Derivation:
     conditions: tuple[Expr, ...] = ()
 
     @property
-    def sample_keys(self) -> list[str]:
-        """The keys of coordinates and momenta in a table of samples."""
-        phase = self.phase
-        return [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
+    def sample_keys(self) -> list[tuple[str, str]]:
+        """The keys of each coordinate and its momentum in a table of samples."""
+        return [(f"q.{q}", f"p.{p}") for q, p in zip(self.phase.coordinates, self.phase.momenta, strict=True)]
 
     @property
     def branch(self) -> Branch | None:

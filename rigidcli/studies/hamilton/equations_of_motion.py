@@ -62,19 +62,20 @@ class InitialState(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """An orbit at `times` (k): coordinates and momenta (both k by n), and the `energy` H (k).
+    """An orbit at `times` (k), where the variables that are integrated have the `states` (k by m).
 
-    The `states` (k by m) have the variables that are integrated, `further` functions (k) stand by their keys.
-    The `sizes` (k) of these and of H are the sums of the sizes of their terms.
+    The `values` (k each) of coordinates, momenta, H and further functions stand by their keys; the `sizes` (k
+    each) are the sums of the sizes of their terms.
     """
 
     times: Floats
     states: Floats
-    coordinates: Floats
-    momenta: Floats
-    energy: Floats
-    further: dict[str, Floats]
+    values: dict[str, Floats]
     sizes: dict[str, Floats]
+
+    def columns(self, keys: Iterable[str]) -> Floats:
+        """The values (k by any) that have these keys, one of which may be that of the time."""
+        return np.column_stack([self.times if key == TIME else self.values[key] for key in keys])
 
 
 class EquationsOfMotion(NamedTuple):
@@ -115,17 +116,16 @@ class EquationsOfMotion(NamedTuple):
 
     def observer(self, further: Mapping[str, Expr]) -> Callable[[Floats, Floats], Samples]:
         """Samples of an orbit, with `further` functions, by times (k) and states (k by m)."""
-        momenta = list(self.symbols.momenta.values())
-        parts = {key: terms(e) for key, e in {"H": self.symbols.energy, **further}.items()}
-        function = self.function([*momenta, *chain(*parts.values())])
-        ends = np.cumsum([len(momenta), *map(len, parts.values())])[:-1]
+        momenta = {f"p.{name}": p for name, p in self.symbols.momenta.items()}
+        coordinates = {f"q.{name}": symbol(name) for name in self.symbols.names[: len(momenta)]}
+        functions = {**coordinates, **momenta, "H": self.symbols.energy, **further}
+        parts = {key: terms(e) for key, e in functions.items()}
+        function, ends = self.function(chain(*parts.values())), np.cumsum([*map(len, parts.values())])[:-1]
 
         def observe(times: Floats, states: Floats) -> Samples:
-            p, *rows = np.split(function(times, states), ends)
-            energy, *others = (row.sum(axis=0) for row in rows)
-            sizes = {key: np.abs(row).sum(axis=0) for key, row in zip(parts, rows, strict=True)}
-            named = dict(zip(further, others, strict=True))
-            return Samples(times, states, states[:, : len(p)], p.T, energy, named, sizes)
+            rows = dict(zip(parts, np.split(function(times, states), ends), strict=True))
+            sizes = {key: np.abs(row).sum(axis=0) for key, row in rows.items()}
+            return Samples(times, states, {key: row.sum(axis=0) for key, row in rows.items()}, sizes)
 
         return observe
 

@@ -224,7 +224,7 @@ def _followed(
     def orbit_of(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables
         samples = observe(np.tile(times, len(places)), states.reshape(-1, states.shape[-1]))
-        drift = drifts(motion, [watch(samples.times, samples.states)], len(places))
+        drift = drifts(motion, kept, [watch(samples.times, samples.states)], len(places))
         error = float(apart[:, places].max(initial=0.0 if derivation.energy_changes else drift["H"]))
         steps = np.maximum(paths.steps[places], 1)
         slopes = roundings(samples.times, *samples.states.T)[:size]

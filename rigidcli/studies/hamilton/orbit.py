@@ -6,7 +6,7 @@ That is its end, the states of a Poincare section, and the period of motion to a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -122,8 +122,9 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     _require_range(solution, derivation, motion)
     samples = at(times)
     _require_values(samples)
-    watch, knots = motion.observer(conserved(derivation)), _looks(solution)
-    drift = drifts(motion, [watch(times, samples.states), watch(knots, solution.at(knots))])
+    kept = conserved(derivation)
+    watch, knots = motion.observer(kept), _looks(solution)
+    drift = drifts(motion, kept, [watch(times, samples.states), watch(knots, solution.at(knots))])
     if not derivation.energy_changes:
         error = max(error, drift["H"])
     elif solution.method == linear_flow.METHOD:
@@ -133,8 +134,6 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         off = np.abs(misses(derivation, initial.parameters, times, states)).max(axis=1)
         drift |= {one.name: float(miss) for one, miss in zip(limits, off, strict=True)}
     means = solution.mean(motion.function(functions.values())) if functions else ()
-    sizes = np.abs(np.hstack([samples.coordinates, samples.momenta])).max(axis=0)
-    variables = dict(zip(derivation.sample_keys, map(float, sizes), strict=True))
     return OrbitSolution(
         samples=samples if chosen is None else at(chosen),
         drift=drift,
@@ -143,7 +142,7 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         trusted_digits=digits(error),
         lost=lost,
         means=dict(zip(functions, map(float, means), strict=True)),
-        scales={key: float(sizes.max()) for key, sizes in samples.sizes.items()} | variables,
+        scales={key: float(sizes.max()) for key, sizes in samples.sizes.items()},
         remarks=tuple(remarks),
         end=end,
         is_section=chosen is not None,
@@ -226,7 +225,7 @@ def _require_range(solution: Solution, derivation: Derivation, motion: Equations
 
 def _require_values(samples: Samples) -> None:
     """Raise ComputationError where a multiplier or an observable has no finite real value."""
-    for key, row in samples.further.items():
+    for key, row in samples.values.items():
         if not np.isfinite(row).all():
             first = samples.times[int(np.argmin(np.isfinite(row)))]
             raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
@@ -238,16 +237,18 @@ def conserved(derivation: Derivation) -> dict[str, Expr]:
     return {str(e): e for e in (*momenta, *(derivation.invariants or ()))}
 
 
-def drifts(motion: EquationsOfMotion, looks: Sequence[Samples], orbits: int = 1) -> dict[str, float]:
-    """By how much H and further functions change, in units of the largest sums of the sizes of their terms.
+def drifts(
+    motion: EquationsOfMotion, kept: Iterable[str], looks: Sequence[Samples], orbits: int = 1
+) -> dict[str, float]:
+    """By how much H and what is `kept` change, in units of the largest sums of the sizes of their terms.
 
     The changes are those at the first of the `looks`, which has so many `orbits` one after the other; sizes
     are the largest of all looks. What time and forces bring is taken off H.
     """
     first, found = looks[0], dict[str, float]()
-    energy = first.energy - motion.gained(first.states)
-    for name, values in {"H": energy, **first.further}.items():
-        rows = values.reshape(orbits, -1)
+    values = {**first.values, "H": first.values["H"] - motion.gained(first.states)}
+    for name in ("H", *kept):
+        rows = values[name].reshape(orbits, -1)
         largest = np.abs(rows - rows[:, :1]).max(axis=1)
         sizes = np.max([look.sizes[name].reshape(orbits, -1).max(axis=1) for look in looks], axis=0)
         found[name] = float((largest / np.where(largest > 0, sizes, 1.0)).max())
@@ -440,8 +441,8 @@ def _said(title: str, words: str) -> Field:
 # --- motion to and fro
 
 
-def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libration | None:
-    """The motion to and fro of the only coordinate that is not cyclic, if it is such; `paths` are samples.
+def period(derivation: Derivation, initial: InitialState, samples: Samples) -> Libration | None:
+    """The motion to and fro of the only coordinate that is not cyclic, if the `samples` show one.
 
     The momenta of cyclic coordinates are constant, so that the other coordinate moves by itself: in a central
     field, r from one apsis to the other and back (L. Landau, E. Lifshitz, Mechanics, section 14).
@@ -466,7 +467,7 @@ def period(derivation: Derivation, initial: InitialState, paths: Floats) -> Libr
         a, b, c = values(np.zeros(len(places)), places)
         return b**2 - 4 * a * (c - energy), a, b**2 + 4 * np.abs(a) * (np.abs(c) + abs(energy))
 
-    path = paths[:, place]
+    path = samples.values[f"q.{phase.coordinates[place]}"]
     spread = float(np.ptp(path))
     found = libration(function, q, max(spread, abs(q) / 100) / 8 or 1.0)
     if found is None:

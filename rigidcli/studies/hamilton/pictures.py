@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ from rigidcli.language.text import latex_name
 from rigidcli.language.tree import ZERO
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
-from rigidcli.report import Column, Table
+from rigidcli.report import Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.hamilton import Findings, orbit_table
 from rigidcli.studies.hamilton.equations_of_motion import Samples, compiled
@@ -75,8 +75,7 @@ def path(findings: Findings) -> Picture:
 
 def phase(findings: Findings) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
-    phase, panels = findings.derivation.phase, []
-    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    pairs, panels = findings.derivation.sample_keys, []
     for place, (axes, line) in enumerate(_lines(findings, pairs)):
         energy = _contours(findings, line.points) if len(pairs) == 1 else []
         # One legend is enough.
@@ -88,53 +87,44 @@ def phase(findings: Findings) -> Picture:
 
 def section(findings: Findings) -> Picture:
     """The states of a section, as dots in the plane of each coordinate that moves and its momentum."""
-    orbit, phase = _required(findings.orbit), findings.derivation.phase
+    orbit, pairs = _required(findings.orbit), findings.derivation.sample_keys
     if not orbit.is_section:
         raise UsageError("it is drawn for an `orbit.section`")
-    samples, pairs = orbit.samples, [*zip(phase.coordinates, phase.momenta, strict=True)]
+    samples = orbit.samples
     # A coordinate that the section itself holds fixed has nothing to show.
-    size = max(np.abs(samples.coordinates).max(), np.abs(samples.momenta).max())
-    moving = np.ptp(samples.coordinates, axis=0) > CONSTANT * size
-    shown = [pair for pair, moves in zip(pairs, moving, strict=True) if moves] or pairs
+    size = np.abs(samples.columns(chain(*pairs))).max()
+    shown = [pair for pair in pairs if np.ptp(samples.values[pair[0]]) > CONSTANT * size] or pairs
     panels = [Panel(axes, (line,)) for axes, line in _lines(findings, shown)]
     return _picture("section", f"section with {len(samples.times)} crossings", panels)
 
 
 def series(findings: Findings) -> Picture:
     """The coordinates in time."""
-    return _in_time(findings, "series", "coordinates", findings.derivation.phase.coordinates)
+    return _in_time(findings, "series", "coordinates", [q for q, _ in findings.derivation.sample_keys])
 
 
 def observables(findings: Findings) -> Picture:
     """The observables in time."""
-    keys = (key.split(".", 1) for key in _required(findings.orbit).samples.further)
-    names = [name for kind, name in keys if kind == "observables"]
-    if not names:
+    keys = [key for key in _required(findings.orbit).samples.values if key.startswith("observables.")]
+    if not keys:
         raise UsageError("it is drawn for `observables`")
-    return _in_time(findings, "observables", "observables", names)
+    return _in_time(findings, "observables", "observables", keys)
 
 
-def _in_time(findings: Findings, kind: str, what: str, names: Sequence[str]) -> Picture:
-    panels = [Panel(axes, (line,)) for axes, line in _lines(findings, [(TIME, name) for name in names])]
-    return replace(_picture(kind, f"{what} in time", panels, names, what), columns=1)
+def _in_time(findings: Findings, kind: str, what: str, keys: Sequence[str]) -> Picture:
+    panels = [Panel(axes, (line,)) for axes, line in _lines(findings, [(TIME, key) for key in keys])]
+    return replace(_picture(kind, f"{what} in time", panels, keys, what), columns=1)
 
 
 def _lines(
     findings: Findings, pairs: Sequence[tuple[str, str]]
 ) -> Iterator[tuple[tuple[PictureAxis, ...], Mark]]:
     """Axes for the first pairs of quantities, such as t and x, with the orbit in their plane."""
-    orbit, phase = _required(findings.orbit), findings.derivation.phase
-
-    def quantities(samples: Samples) -> dict[str, Floats]:
-        further = {key.partition(".")[2]: x for key, x in samples.further.items()}
-        variables = zip(phase.names, [*samples.coordinates.T, *samples.momenta.T], strict=True)
-        return {TIME: samples.times, **further, **dict(variables)}
-
-    names = {name for pair in pairs for name in pair if name != TIME}
-    shown = curve(orbit, lambda samples: np.column_stack([quantities(samples)[name] for name in names]))
-    values = quantities(shown)
+    orbit, keys = _required(findings.orbit), {*chain(*pairs)} - {TIME}
+    shown = curve(orbit, lambda samples: samples.columns(keys))
     for pair in pairs[:MOST_SHOWN]:
-        yield _axes(*pair), Mark(_form(orbit), np.column_stack([values[name] for name in pair]))
+        names = (key.rpartition(".")[2] for key in pair)
+        yield _axes(*names), Mark(_form(orbit), shown.columns(pair))
 
 
 def modes(findings: Findings) -> Picture:
@@ -237,7 +227,7 @@ def _contours(findings: Findings, path: Floats) -> list[Mark]:
     levels = tuple(float(level) for level in np.unique(others))
     marks = [Mark("contours", (x, y, heights), "other energies H", quiet=True, levels=levels)]
     if not derivation.energy_changes:
-        energy = float(_required(findings.orbit).samples.energy[0])
+        energy = float(_required(findings.orbit).samples.values["H"][0])
         marks.append(Mark("contours", (x, y, heights), "H of the orbit", style=1, levels=(energy,)))
     return marks
 
@@ -248,32 +238,29 @@ def _contours(findings: Findings, path: Floats) -> list[Mark]:
 def scene_of(findings: Findings) -> Scene | None:
     """Make the replay of an orbit; None where there is one moment only, or a section."""
     orbit, names = findings.orbit, findings.derivation.phase.coordinates
+    pairs = findings.derivation.sample_keys
     if orbit is None or orbit.is_section or len(orbit.samples.times) < 2:
         return None
     placed = positions(findings.document)
 
     def shown(samples: Samples) -> Floats:
         places = [] if placed is None else [placed(samples).reshape(len(samples.times), -1)]
-        return np.hstack([*places, samples.coordinates, samples.momenta])
+        return np.hstack([*places, samples.columns(chain(*pairs))])
 
     path = curve(orbit, shown, MOST_REPLAYED)
     stages = [] if placed is None else [_particles(placed(path))]
-    for place, name in enumerate(names[:MOST_SHOWN]):
-        plane = np.column_stack([path.coordinates[:, place], path.momenta[:, place]])
-        stages.append(_portrait(plane, (name, f"p_{name}"), f"phase portrait of {name}"))
+    for name, pair in zip(names[:MOST_SHOWN], pairs, strict=False):
+        stages.append(_portrait(path.columns(pair), (name, f"p_{name}"), f"phase portrait of {name}"))
     if placed is None and len(names) in (2, 3):
-        stages.append(_portrait(path.coordinates, names, f"orbit in {', '.join(names)}"))
+        title = f"orbit in {', '.join(names)}"
+        stages.append(_portrait(path.columns(q for q, _ in pairs), names, title))
     (table,) = orbit_table(replace(findings, orbit=orbit._replace(samples=path)))
-    return Scene("the orbit in time", path.times, _readings(names, table), tuple(stages))
-
-
-def _readings(names: tuple[str, ...], table: Table) -> Table:
-    """t, the first coordinates and their momenta, H, and the first multipliers and observables."""
-    known = {column.key: column for column in table.columns}
-    pairs = (known[key] for name in names[:MOST_SHOWN] for key in (f"q.{name}", f"p.p_{name}"))
-    further = [known[key] for key in known if key.startswith(("multipliers.", "observables."))]
-    shown: tuple[Column, ...] = (known[TIME], *pairs, known["H"], *further[:MOST_SHOWN])
-    return Table("", "the orbit", shown, data=True)
+    columns = {column.key: column for column in table.columns}
+    # The first coordinates and their momenta, and the first multipliers and observables.
+    further = [key for key in columns if key.startswith(("multipliers.", "observables."))]
+    keys = [TIME, *chain(*pairs[:MOST_SHOWN]), "H", *further[:MOST_SHOWN]]
+    readings = Table("", "the orbit", tuple(columns[key] for key in keys), data=True)
+    return Scene("the orbit in time", path.times, readings, tuple(stages))
 
 
 def _particles(places: Floats) -> Stage:
@@ -304,13 +291,15 @@ def positions(document: Document) -> Callable[[Samples], Floats] | None:
         paths = [path for position in placed for path in (*position, ZERO, ZERO)[:3]]
         flow = columns(code.function(paths, [TIME, *names], parameters))
         return lambda samples: (
-            flow(samples.times, *samples.coordinates.T).reshape(len(placed), 3, -1).transpose(2, 0, 1)
+            flow(samples.times, *samples.states.T[: len(names)])
+            .reshape(len(placed), 3, -1)
+            .transpose(2, 0, 1)
         )
     if angle is None:
         return None
 
     def polar(samples: Samples) -> Floats:
-        r, phi = (samples.coordinates[:, names.index(name)] for name in ("r", angle))
+        r, phi = samples.values["q.r"], samples.values[f"q.{angle}"]
         return np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros_like(r)], axis=-1)[:, None]
 
     return polar
