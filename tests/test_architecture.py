@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 2086,  # a section reads on with the key that is meant
     "homework": 8945,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2550,  # one reader, with readings; one pattern of decimal numbers for all rooms
-    "mechanics": 2916,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 2901,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2816,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 7968,  # constraints, observables, many orbits, periods; the response to driving forces

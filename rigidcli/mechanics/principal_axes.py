@@ -20,7 +20,7 @@ from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.core.arithmetic import Array
-from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
+from rigidcli.core.principal import PrincipalFrame, canonical_axes
 from rigidcli.errors import ComputationError, ExpressionError
 
 MOST_NODES = 250  # the most nodes of a component of an axis, in the body's axes: a dozen lines of text
@@ -114,37 +114,22 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
 
 
 def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]], turn: Array) -> Array:
-    """Rows e1, e2, e3 by the rule of `core.principal.canonical_axes`, which says it for floats."""
+    """Rows e1, e2, e3 along those that `canonical_axes` makes of floats."""
     if len(groups) == 1:
         return _ONE
-    alone = {
-        group[0]: _oriented(tidy_array(turn @ _eigenvector(tensor, moments, group[0])))
-        for group in groups
-        if len(group) == 1
-    }
+    rows = {g[0]: tidy_array(turn @ _eigenvector(tensor, moments, g[0])) for g in groups if len(g) == 1}
+    known = {place: np.array(list(map(size, row))) for place, row in rows.items()}
+    near = canonical_axes(np.array([known.get(place, np.zeros(3)) for place in range(3)]), groups)
     if len(groups) == 2:
-        ((index, axis),) = alone.items()
-        pivot = _first_largest([-(size(component) ** 2) for component in axis])
+        ((alone, axis),) = rows.items()
+        first, second = (1, 2) if alone == 0 else (0, 1)
+        # The coordinate axis that was projected on the plane across has the largest component there.
+        pivot = int(np.argmax(np.abs(near[first])))
         across = _ONE[pivot] - axis[pivot] * axis
-        across = tidy_array(across / sqrt(across[pivot]))
-        first, third = (axis, tidy_array(np.cross(axis, across))) if index == 0 else (across, axis)
-    else:
-        first, third = alone[0], alone[2]
-    first, third = _oriented(first), _oriented(third)
-    second = tidy_array(np.cross(third, first)) if len(groups) == 2 else alone[1]
-    if size(third @ np.cross(first, second)) < 0:
-        second = -second
-    return np.array([first, second, third])
-
-
-def _oriented(axis: Array) -> Array:
-    """A unit vector (3) or its negative: the largest component is positive."""
-    return axis if size(axis[_first_largest([size(c) ** 2 for c in axis])]) > 0 else -axis
-
-
-def _first_largest(values: Sequence[float]) -> int:
-    """The index of the largest value, of those that are about equally large the first."""
-    return next(k for k, value in enumerate(values) if value >= max(values) - PIVOT_TIE)
+        rows[first] = tidy_array(across / sqrt(across[pivot]))
+        rows[second] = tidy_array(np.cross(axis, rows[first]))
+    signs = [sum(size(c) * x for c, x in zip(rows[k], near[k], strict=True)) for k in range(3)]
+    return np.array([rows[k] if signs[k] > 0 else -rows[k] for k in range(3)])
 
 
 def _eigenvector(tensor: Array, moments: Sequence[Expr], index: int) -> Array:
