@@ -42,8 +42,9 @@ if TYPE_CHECKING:
 Ball: TypeAlias = Any  # a ball of python-flint, `flint.arb`
 Point: TypeAlias = Mapping[str, Ball]  # values of names
 BITS = 1024  # the precision of balls: an answer must agree with its key to some 300 digits
+LARGEST = 1e6  # the largest value of a name at a test point
 # Sizes of the values of names at the first points: near to one, and far from it.
-RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
+RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, LARGEST)] * 4)
 # Points that are tried where a key has few values: one of a hundred is within its conditions.
 MOST_POINTS = 400
 LEAST_POINTS = 4  # points with values that an agreement needs: at fewer, it may be that of two branches only
@@ -199,6 +200,11 @@ class _Comparison:
             if found is _AtPoint.DIFFERS:
                 return False
             counts[found] += 1
+        for pair in self.crossings():
+            found = self.at(pair)
+            if found is _AtPoint.DIFFERS:
+                return False
+            counts[found] += 1
         if identical and not counts[_AtPoint.LOST]:
             return self.one_sided() or True
         if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
@@ -268,6 +274,33 @@ class _Comparison:
 
     def one_sided(self) -> str:
         """Why the sign inside a function leaves the outcome open; empty if it does not."""
+        for function, argument in self.of_one_sign():
+            words = shortened(reading(argument), 60)
+            return f"the sign of `{words}`, inside {function}, never changed in the tests"
+        return ""
+
+    def crossings(self) -> Iterator[Sequence[Point]]:
+        """Points beyond the zeros of arguments of one sign, each by a double step of Newton's method.
+
+        The formula may be another one there: abs(x - 60) is 60 - x at most test points. Zeros that are
+        farther away than any test point stay untested.
+        """
+        changing = self.domains.keys() & (self.formulas.names.variable if self.constant else self.domains)
+        for _, argument in list(self.of_one_sign()):
+            place = self.steps.add(argument)
+            for point in islice(points(self.domains, self.seed), LEAST_POINTS):
+                for name in sorted(changing & tree.names_in(argument)):
+                    x = point[name]
+                    here, there = (self.steps.values({**point, name: each})[place] for each in (x, 2 * x))
+                    if isinstance(here, NoValue) or isinstance(there, NoValue):
+                        continue
+                    beyond = x - 2 * here * x / (there - here)
+                    if abs(beyond) < LARGEST and (self.domains[name] == "real" or beyond > 0):
+                        crossing = {**point, name: beyond}
+                        yield [crossing, point] if self.constant else [crossing]
+
+    def of_one_sign(self) -> Iterator[tuple[str, Node]]:
+        """Functions of _SIDED whose arguments had one sign at all points, and stand in one formula only."""
         for own, other in (self.nodes, self.nodes[::-1]):
             shared = [pair for node in (other, *self.beside) for pair in sided(node)]
             for function, argument in sided(own):
@@ -276,9 +309,7 @@ class _Comparison:
                 if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
                     continue
                 if not any(self.proportional(argument, node) for name, node in shared if name == function):
-                    words = shortened(reading(argument), 60)
-                    return f"the sign of `{words}`, inside {function}, never changed in the tests"
-        return ""
+                    yield function, argument
 
     def proportional(self, one: Node, other: Node) -> bool:
         """Whether the quotient of two arguments has one sign by its form, as 1/(1 - x^2)^2 has."""
