@@ -68,8 +68,8 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         if not is_square and (components := _in_unit_vectors(answer)) is not None:
             return components
         text = _separated(_ARRAY.sub("", answer.replace(HAT, "")))
-        if diagonal := _DIAGONAL.search(text):
-            entries = read_list(text[: diagonal.start()] + text[diagonal.end() :])
+        if _DIAGONAL.search(text):
+            entries = read_list(_DIAGONAL.sub("", text, count=1))
             return _on_diagonal(entries) if is_square and isinstance(entries, list) else entries
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):

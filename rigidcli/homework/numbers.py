@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import chain, islice
-from typing import Any, TypeVar
+from itertools import islice
+from typing import Any
 
 from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.values import is_zero
@@ -29,7 +29,7 @@ from rigidcli.language import tree, typed
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.words import said
+from rigidcli.language.words import said, table
 
 LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
@@ -70,8 +70,6 @@ _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _IN_WORDS = [  # `two` is 2, and `one half` is not
     (re.compile(rf"(?i)\A{said(digit)}(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))"), digit) for digit in "0123456"
 ]
-_T = TypeVar("_T")
-_Way = TypeVar("_Way")
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 # How the readers of documents speak of their grammar, of which a student knows nothing.
@@ -115,17 +113,17 @@ def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> lis
     A unit must fit `unit`; where that is None, a pure number is asked for. Raises Unreadable.
     """
     try:
-        return _those_read(lambda number: in_dimension(number, unit), readings_of(answer, unit, place))
+        return _those_read(lambda number: [in_dimension(number, unit)], readings_of(answer, unit, place))
     except ValueProblem as misfit:
         raise Unreadable("unit_incompatible", with_hint(misfit), place=place) from None
 
 
-def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
-    """The results of `read` for the ways that it can read; the first problem is raised if it reads none."""
-    found, problems = list[_T](), list[Exception]()
+def _those_read(read: Callable[[Any], list[TypedNumber]], ways: Iterable[Any]) -> list[TypedNumber]:
+    """The numbers that `read` makes of these ways; if it can read none, the first problem is raised."""
+    found, problems = list[TypedNumber](), list[Exception]()
     for way in ways:
         try:
-            found.append(read(way))
+            found += read(way)
         except (ValueProblem, Unreadable) as problem:
             problems.append(problem)
     if problems and not found:
@@ -157,8 +155,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     try:
         last, _ = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
         last = rewritten(typed.undecorated(last), _AROUND).strip()
-        found = _those_read(lambda text: _numbers(text, unit, place), _variants(last))
-        return list(chain(*found))
+        return _those_read(lambda text: _numbers(text, unit, place), _variants(last))
     except ExpressionError as error:
         says = advice(error)
         if _GRAMMAR.match(with_hint(error)):
@@ -204,7 +201,9 @@ def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
 
     def number(amount: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
-        return TypedNumber(_finite(amount * scale), amount, scale, own, mantissa)
+        if not math.isfinite(amount * scale):
+            raise ExpressionError("it is beyond the range of numbers")
+        return TypedNumber(amount * scale, amount, scale, own, mantissa)
 
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
@@ -219,7 +218,7 @@ def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
         several, remark = _units_before_words(decimal["unit"], unit, place)
         return [replace(number(amount, own, mantissa), remark=remark) for own in several]
     node, behind = _value(text)
-    amount = _finite(real(node, {}))
+    amount = real(node, {})
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
         amount = 0.0 if abs(amount) < ROUNDING and is_zero(from_tree(node)) else amount
     if behind:
@@ -271,9 +270,9 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
     What can be read is compared; a name alone is only a name. Raises Unreadable where a second answer begins.
     """
 
-    def value(text: str | None) -> Any:
+    def value(text: str) -> Any:
         with suppress(Unreadable):
-            return None if text is None else read(text)
+            return read(text)
 
     for place, member in enumerate(before):
         is_name = place == 0 and typed.is_label(typed.slopes(member))
@@ -281,10 +280,8 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             continue
         if is_name and _DENIED.match(member):
             return taken_back(member)
-        own = value(member)
-        second = (
-            value(typed.SECOND_NAME.sub("", member)) if place and typed.SECOND_NAME.search(member) else None
-        )
+        own, shorter = value(member), typed.SECOND_NAME.sub("", member)
+        second = value(shorter) if place and shorter != member else None
         # the name behind it begins another answer, unless it is a unit of the same number
         if second is not None and own in (None, second) and not is_equal(second):
             raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
@@ -367,12 +364,6 @@ def _value(text: str) -> tuple[tree.Node, str]:
 
 # Digits with a blank or a sign between them: `12 5`, `1_000`.
 _DIGITS_APART = re.compile(r"[-+]?\d[.,\d]*[\s_'][.,\s_']*\d(?!\s*/)")
-
-
-def _finite(value: float) -> float:
-    if not math.isfinite(value):
-        raise ExpressionError("it is beyond the range of numbers")
-    return value
 
 
 # --- units
@@ -460,18 +451,7 @@ def with_hint(problem: ValueProblem) -> str:
 
 
 # What the readers of documents say of a formula, and what a student reads instead.
-_ADVICE = rules(
-    (r"\A(?:`[(\[{]` is never closed|a brace `\{` is never closed)\Z", "a bracket is open: close it"),
-    (r"\A(?:`\)`|a brace `\}`) closes nothing\Z", "a bracket is closed that was not opened"),
-    (r"\Athe expression ends too early\Z", "something is missing behind the last sign"),
-    (r"\Athe expression is empty\Z", "one side of `=` is empty"),
-    (r"\Ano operator before `([^`]*)`.*", r"write the sign that is missing before `\1`, such as `*`"),
-    (r"\Aunexpected `[,;]`.*", "this is more than one formula: give one, with a point in decimal numbers"),
-    (r"\Aunexpected character U\+\w+ [\w -]+ \((.*)\)\Z", r"\1"),
-    (r"\Aunexpected character U\+\w+ (.*)", r"the sign `\1` cannot be read: write the formula without it"),
-    (r"\Aunexpected `([^`]*)` \((.*)\)\Z", r"`\1` has no place here: \2"),
-    (r"\Aunexpected (`[^`]*`)\Z", r"\1 has no place here: write one formula with + - * / ^ and brackets"),
-)
+_ADVICE = [(re.compile(pattern), instead) for pattern, instead in table(__file__, "advice.tsv")]
 
 
 def advice(problem: ValueProblem) -> str:

@@ -279,10 +279,11 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
         with suppress(Unreadable):
             sides = read_all_equations(text, {})
             return "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
-    with suppress(Unreadable):
+    try:
         return without_doubt(read_expression(text, None))
-    if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
-        return without_doubt(read_expression(text, None))  # it says what is wrong
+    except Unreadable:
+        if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
+            raise
     return describe(listed, is_entry=True)
 
 

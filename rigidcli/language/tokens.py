@@ -62,7 +62,7 @@ _TOKEN = re.compile(
 )
 
 # What to write in the place of signs that the language does not have.
-_HINTS = {sign: hint for signs, hint in table("signs.tsv", "\t") for sign in signs}
+_HINTS = {sign: hint for signs, hint in table(__file__, "signs.tsv") for sign in signs}
 
 
 # Notations, each a pattern with what is read in its place.

@@ -13,6 +13,12 @@ from typing import NamedTuple
 from rigidcli.errors import ExpressionError, did_you_mean, nearest, shown
 
 
+def table(beside: str, name: str) -> list[list[str]]:
+    """The rows of a file .csv or .tsv beside another one, without the heads of its columns."""
+    lines = Path(beside).with_name(name).read_text("utf-8").splitlines()
+    return [line.split("," if name.endswith(".csv") else "\t") for line in lines[1:]]
+
+
 def _sign(x: float) -> float:
     return math.copysign(1.0, x) if x else 0.0
 
@@ -32,29 +38,11 @@ class Function(NamedTuple):
     arity: int = 1
 
 
+_REAL = {"abs": math.fabs, "sign": _sign}  # functions that `math` has by another name, or lacks
 FUNCTIONS: dict[str, Function] = {
-    "sin": Function(math.sin, "sin", r"\sin", "cos(x)", "sine of x (rad)"),
-    "cos": Function(math.cos, "cos", r"\cos", "-sin(x)", "cosine of x (rad)"),
-    "tan": Function(math.tan, "tan", r"\tan", "1 + tan(x)^2", "tangent of x (rad)"),
-    "asin": Function(math.asin, "arcsin", r"\arcsin", "1/sqrt(1 - x^2)", "arc sine, from -pi/2 to pi/2"),
-    "acos": Function(math.acos, "arccos", r"\arccos", "-1/sqrt(1 - x^2)", "arc cosine, from 0 to pi"),
-    "atan": Function(math.atan, "arctan", r"\arctan", "1/(1 + x^2)", "arc tangent, from -pi/2 to pi/2"),
-    "atan2": Function(math.atan2, "arctan2", "atan2", "", "angle of the point (x, y), from -pi to pi", 2),
-    "sinh": Function(math.sinh, "sinh", r"\sinh", "cosh(x)", "hyperbolic sine"),
-    "cosh": Function(math.cosh, "cosh", r"\cosh", "sinh(x)", "hyperbolic cosine"),
-    "tanh": Function(math.tanh, "tanh", r"\tanh", "1 - tanh(x)^2", "hyperbolic tangent"),
-    "asinh": Function(math.asinh, "arcsinh", "arsinh", "1/sqrt(1 + x^2)", "inverse hyperbolic sine"),
-    "acosh": Function(
-        math.acosh, "arccosh", "arcosh", "1/sqrt(x - 1)/sqrt(x + 1)", "inverse hyperbolic cosine"
-    ),
-    "atanh": Function(math.atanh, "arctanh", "artanh", "1/(1 - x^2)", "inverse hyperbolic tangent"),
-    "exp": Function(math.exp, "exp", r"\mathrm{{e}}^{{{}}}", "exp(x)", "e to the power of x"),
-    "log": Function(math.log, "log", r"\ln", "1/x", "natural logarithm"),
-    "sqrt": Function(math.sqrt, "sqrt", r"\sqrt{{{}}}", "1/(2*sqrt(x))", "square root"),
-    "abs": Function(math.fabs, "fabs", r"\left|{}\right|", "sign(x)", "absolute value"),
-    "sign": Function(_sign, "sign", "sgn", "0", "1, 0 or -1: the sign of x"),
+    name: Function(_REAL.get(name) or getattr(math, name), numpy, latex, slope, says, int(arity))
+    for name, arity, numpy, latex, slope, says in table(__file__, "functions.tsv")
 }
-
 # Functions that heyoka does not have: a Taylor series does not see a corner ahead.
 WITH_CORNERS = frozenset(["abs", "sign"])
 # Further names that books use for functions; before an argument only; elsewhere they are letters.
@@ -89,13 +77,7 @@ RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS,
 # --- the words of people
 
 
-def table(name: str, between: str) -> list[list[str]]:
-    """The rows of a file beside this one, without the heads of its columns."""
-    lines = Path(__file__).with_name(name).read_text("utf-8").splitlines()
-    return [line.split(between) for line in lines[1:]]
-
-
-_SAID = {meaning: words.split() for meaning, words in table("words.csv", ",")}
+_SAID = {meaning: words.split() for meaning, words in table(__file__, "words.csv")}
 
 
 def said(*meanings: str) -> str:
@@ -191,5 +173,6 @@ class Notation(NamedTuple):
 
 
 NOTATION = [
-    Notation(of, document, typed, readings) for of, document, typed, *readings in table("notation.tsv", "\t")
+    Notation(of, document, typed, readings)
+    for of, document, typed, *readings in table(__file__, "notation.tsv")
 ]
