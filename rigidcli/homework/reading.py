@@ -19,12 +19,12 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import number, symbol, total
 from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
-from rigidcli.document.parameters import read_name
+from rigidcli.document.parameters import TIME, read_name
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
-from rigidcli.homework.lists import TIME, read_list
+from rigidcli.homework.lists import read_list
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
 from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
