@@ -64,17 +64,20 @@ def complete(complement: Any, p: Any, a: Any, b: Any) -> Any:
     With sn = sin x it is the integral of (a cn^2 + b sn^2)/(cn^2 + p sn^2) over a quarter period, and K for
     p = a = b = 1. Where a and b have one sign, only terms of one sign are added.
     """
-    kc = e = np.maximum(complement, LEAST_COMPLEMENT)
-    m, p = 1.0, np.sqrt(p)
+    # Calls of numpy would take ten times as long as the arithmetic of single numbers.
+    is_one = isinstance(complement, float)
+    sqrt, most = (math.sqrt, float) if is_one else (np.sqrt, np.max)
+    kc = e = (max if is_one else np.maximum)(complement, LEAST_COMPLEMENT)
+    m, p = 1.0, sqrt(p)
     b = b / p
     while True:
         g = e / p
         a, b = a + b / p, 2 * (b + a * g)
         p = p + g
         last, m = m, m + kc
-        if np.max(np.abs(last - kc) - CONVERGED * last) <= 0:
+        if most(abs(last - kc) - CONVERGED * last) <= 0:
             return math.pi / 2 * (b + a * m) / (m * (m + p))
-        kc = 2 * np.sqrt(e)
+        kc = 2 * sqrt(e)
         e = kc * m
 
 

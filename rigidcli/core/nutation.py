@@ -19,8 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -33,8 +32,7 @@ NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none
 CUSP = 1e-12  # phi-dot below this at a limit of theta, in units of what it varies by, is zero.
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
+class Start(NamedTuple):
     """The state of the axis at t = 0, with time in units of 1/unit for some unit of rates.
 
     `poles` are b - a and b + a, zero where only rounding makes them differ from it. `turning` is b - a u0,
@@ -51,8 +49,7 @@ class Start:
     up: float
 
 
-@dataclass(frozen=True, slots=True)
-class Swing:
+class Swing(NamedTuple):
     """The limits between which u moves, each as a pair (at u1, at u2).
 
     `x` has u - u0, `down` 1 - u, `up` 1 + u, and `turning` b - a u. `poles` are b - a and b + a, zero where
@@ -87,7 +84,7 @@ class Swing:
     @property
     def quarter(self) -> float:
         """K, infinite for k' = 0."""
-        return float(complete(self.complement, 1.0, 1.0, 1.0)) if self.gap else math.inf
+        return complete(self.complement, 1.0, 1.0, 1.0) if self.gap else math.inf
 
 
 def swing(start: Start, slack: float = 0.0) -> Swing:
@@ -178,8 +175,7 @@ def _near_root(g0: float, g1: float, g2: float) -> float:
     return 2 * g0 / (root - g1) if g1 <= 0 else -(g1 + root) / (2 * g2)
 
 
-@dataclass(frozen=True, slots=True)
-class Nutation:
+class Nutation(NamedTuple):
     """The motion of the axis between two tilts (rad), in which theta and phi-dot have one period (s).
 
     `precession_per_nutation` is what phi advances by in a period (rad), `mean_rate` the mean of phi-dot

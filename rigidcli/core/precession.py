@@ -16,8 +16,7 @@ denominators not zero; a choice that has no formula is None.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.core.arithmetic import EPS, Arithmetic, Scalar
 from rigidcli.errors import ComputationError
@@ -29,8 +28,7 @@ JULIAN_YEAR = 36525 * 864  # 365.25 days of 86,400 seconds (s).
 Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
 
 
-@dataclass(frozen=True, slots=True)
-class Steady:
+class Steady(NamedTuple):
     """The rates of precession at constant tilt (rad/s), and the least |spin| that allows any (rad/s).
 
     `slow` is the smaller in magnitude, the negative one of a tie; None where there is none. Where
@@ -43,8 +41,7 @@ class Steady:
     minimum_spin: Scalar | None
 
 
-@dataclass(frozen=True, slots=True)
-class Sleeping:
+class Sleeping(NamedTuple):
     """The top spinning upright.
 
     `threshold` is the |spin| (rad/s) above which that is stable, `growth_rate` (1/s) that of a
@@ -182,8 +179,7 @@ def _threshold(a: Scalar, lambda3: Scalar, p: Scalar, n: Arithmetic) -> Scalar |
     return n.tidied(bound / lambda3)
 
 
-@dataclass(frozen=True, slots=True)
-class Free:
+class Free(NamedTuple):
     """How a symmetric body left to itself turns; rates in rad/s, periods in s, angles in rad.
 
     `body_rate` is that of omega about e3 as seen in the body, signed; `space_rate` that of e3 and omega about

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from fractions import Fraction
 from typing import Any
 
@@ -120,7 +119,7 @@ def test_what_there_is_not_is_none() -> None:
 def test_exact_numbers_agree_with_floats(lambda3: int, along: int, across: int) -> None:
     exact = free(ex.number(1), ex.number(lambda3), ex.number(along), ex.number(across), EXACT)
     floats = free(1.0, float(lambda3), float(along), float(across), FLOAT)
-    for a, b in zip(astuple(exact), astuple(floats), strict=True):
+    for a, b in zip(tuple(exact), tuple(floats), strict=True):
         assert b == (None if a is None else pytest.approx(float(a), rel=1e-14))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from fractions import Fraction
 from typing import Any
 
@@ -95,7 +94,7 @@ def test_the_rates_are_the_roots(
 )
 def test_a_horizontal_top_has_one_rate(tilt: float) -> None:
     found = steady(3.0, 2.0, -5.0, tilt, 7.0, FLOAT)
-    assert astuple(found) == (-0.7, None, (), 0.0)
+    assert tuple(found) == (-0.7, None, (), 0.0)
     assert precession.gyroscopic_error(3.0, 2.0, -5.0, tilt, found.slow, FLOAT) == 0
     assert steady(3.0, 2.0, 0.0, tilt, 7.0, FLOAT).slow is None
     assert steady(3.0, 2.0, 0.0, tilt, 0.0, FLOAT).slow == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -25,13 +25,13 @@ UPRIGHT = math.radians(2)  # the largest tilt (rad) at which people ask whether 
 # The keys of results of the nutation that have a shorter name in `core`.
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 Sections: TypeAlias = dict[str, dict[str, Value]]  # results by section and key
-# The results that are no tables, and the field that stands for each where the document lacks its section:
-# its columns of CSV are empty.
-_COLUMNS = {
-    entry.key: Field("", None, unit=entry.unit, cells=entry.cells)
-    for entry in RESULTS["precess"]
-    if entry.title
-}
+# By section, the results that are no tables, and the field that stands for each where the document lacks the
+# section: its columns of CSV are empty.
+_COLUMNS: dict[str, dict[str, Field]] = {}
+for _entry in RESULTS["precess"]:
+    if _entry.title:
+        _section, _, _key = _entry.key.partition(".")
+        _COLUMNS.setdefault(_section, {})[_key] = Field("", None, unit=_entry.unit, cells=_entry.cells)
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -79,17 +79,18 @@ def _scene(document: Document) -> Scene | None:
 
 def _fields(sections: Sections) -> Iterator[Field]:
     """All results: the columns of CSV are empty for a section that the document lacks."""
-    for name, missing in _COLUMNS.items():
-        section, _, key = name.partition(".")
-        if section not in sections:
-            yield missing
+    for section, missing in _COLUMNS.items():
+        values = sections.get(section)
+        if values is None:
+            yield from missing.values()
             continue
-        field = if_known(field_of("precess", name, sections[section].get(key)))
-        if key == "minimum_spin" and sections[section].get("slow_rate") is not None:
-            field.diagnostic = True  # it is of interest where the top is too slow
-        elif key == "sleeping" and isinstance(tilt := sections["top"].get("tilt"), float):
-            field.diagnostic = tilt > UPRIGHT
-        yield field
+        for key in missing:
+            field = if_known(field_of("precess", f"{section}.{key}", values.get(key)))
+            if key == "minimum_spin" and values.get("slow_rate") is not None:
+                field.diagnostic = True  # it is of interest where the top is too slow
+            elif key == "sleeping" and isinstance(tilt := values.get("tilt"), float):
+                field.diagnostic = tilt > UPRIGHT
+            yield field
 
 
 def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
@@ -165,7 +166,7 @@ def _at_tilt(
     from rigidcli.core.nutation import nutation
 
     swinging = nutation(*top, start, section.nutation, fall, section.precession is None)
-    return values | {NUTATION.get(key, key): getattr(swinging, key) for key in swinging.__slots__}
+    return values | {NUTATION.get(key, key): value for key, value in swinging._asdict().items()}
 
 
 def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
@@ -202,7 +203,7 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
     if axis == 0:
         notes.append("e3 here is the symmetry axis, which `axes` calls e1")
     spin, across = omega[axis], n.hypot(*(rate for place, rate in enumerate(omega) if place != axis))
-    return values | asdict(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
+    return values | precession.free(frame.moments[1], frame.moments[axis], spin, across, n)._asdict()
 
 
 def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
