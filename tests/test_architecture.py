@@ -41,8 +41,8 @@ MOST_LINES = {
     "language": 2533,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2901,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, the words of a course, and sentences on the value of each key
-    "render": 2816,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7969,  # constraints, observables, many orbits, periods; the response to driving forces
+    "render": 2814,  # formulas within sentences are typeset; a slider over the values of a sweep
+    "studies": 7966,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1672,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -58,14 +58,14 @@ class Work(NamedTuple):
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
-    def run(self, document: Document, is_watched: bool = False) -> Report:
+    def run(self, document: Document, is_watched: bool = False, **known: Any) -> Report:
         """The result of the study; the progress of a motion that `is_watched` is shown. Raises RigidError."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
         if not self.command.section:
-            return run(document, **self.options)
+            return run(document, **self.options, **known)
         with progress(PULSE, is_watched) as show:
-            return run(document, **self.options, progress=show)
+            return run(document, **self.options, **known, progress=show)
 
     def answer(self, report: Report, files: Sequence[pathlib.Path]) -> Answer:
         """The answer with a report in its format, and with the picture. Raises RigidError."""
@@ -267,9 +267,9 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
             yield Answer(task.source, document)
             continue
         files, orbit = tuple(document.files), next(orbits)
-        followed = {} if orbit is None else {"followed": orbit}
+        known: dict[str, Any] = {} if orbit is None else {"followed": orbit}
         try:
-            report = work._replace(options={**work.options, **followed}).run(document)
+            report = work.run(document, **known)
             units = {entry.key: entry.unit for entry in report.fields}
             fields = (
                 Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})

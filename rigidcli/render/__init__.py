@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
+from functools import cache
 from importlib import import_module
 from types import ModuleType
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -144,6 +145,7 @@ def require_fit(name: Format, piece: Any, first: Any) -> None:
         check(piece, first)
 
 
+@cache
 def _module(name: Format) -> ModuleType:
     return import_module(f"rigidcli.render.{TRAITS[name].module or name}")
 

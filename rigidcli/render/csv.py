@@ -31,11 +31,11 @@ class CsvPiece(NamedTuple):
 def piece(report: Report, look: Look) -> CsvPiece:
     """The row of a report, or its table of data."""
     columns = data_columns(report, look)
+    row = {} if columns else row_of(report, look.columns)
+    units = [(name, unit) for name, (_, unit) in row.items()] or [(one.cells[0], one.unit) for one in columns]
+    heads = [f"{name} ({unit})" if unit and look.unit_header else name for name, unit in units]
     if not columns:
-        chosen = row_of(report, look.columns)
-        heads = [_head(name, unit, look) for name, (_, unit) in chosen.items()]
-        return CsvPiece(dict(zip(heads, _cells([value for value, _ in chosen.values()]), strict=True)))
-    heads = [_head(column.cells[0], column.unit, look) for column in columns]
+        return CsvPiece(dict(zip(heads, _cells([value for value, _ in row.values()]), strict=True)))
     if look.several:
         return CsvPiece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
     return CsvPiece({}, heads, columns)
@@ -69,10 +69,6 @@ def render(pieces: Iterable[CsvPiece], look: Look) -> Iterator[str]:
         yield from lines
 
 
-def _head(name: str, unit: str, look: Look) -> str:
-    return f"{name} ({unit})" if look.unit_header and unit else name
-
-
 def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it; whole numbers may begin them."""
     whole = np.asarray(columns[0].values).dtype.kind == "i"
@@ -96,6 +92,6 @@ def _cells(values: Sequence[Value]) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    if any(mark in text for mark in ',"\r\n'):
+    if text and any(mark in text for mark in ',"\r\n'):  # most columns of a study are empty
         return '"' + text.replace('"', '""') + '"'
     return text

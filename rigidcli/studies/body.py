@@ -77,7 +77,7 @@ def lost_digits(symbol: str, moment: Scalar, axis: Array, tensor: Array) -> Iter
     if tensor.dtype == object or moment == 0:
         return
     size = np.abs(axis)
-    digits = math.log10(moment / (2 * EPS * size @ np.abs(tensor) @ size))
+    digits = math.log10(moment / (2 * EPS * size.dot(np.abs(tensor)).dot(size)))
     if digits < SHOWN_DIGITS:
         yield f"{symbol} has {digits:.0f} digits, as the slender body lies along none of the axes"
 

@@ -54,9 +54,17 @@ def report(
     """
     fields = tuple(fields)
     for field in () if document.arithmetic.exact else fields:
-        if field.value is not None:
-            _require_representable(field)
-            field.value = _unsigned(field.value)
+        value = field.value
+        if isinstance(value, float):
+            largest = abs(value)
+        elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            largest = float(np.abs(value).max(initial=0.0))
+        else:
+            continue
+        if not largest < math.inf or 0 < largest < TINY:
+            message = f"the {field.title or field.key} is beyond the range of floating-point numbers"
+            raise ComputationError(message)
+        field.value = _unsigned(value)
     name, every = called(document.name, document.source), (*document.notes, *notes)
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
     head = f"rigidcli.{study}/1", name, document.source, COMMANDS[study].title
@@ -80,11 +88,10 @@ def called(name: str | None, source: str) -> str:
 
 def _unsigned(value: Value) -> Value:
     """A float, an array of floats, or the entries of a table or a step, without a signed zero."""
-    is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
-    if is_array and value.ndim:
-        return np.add(value, 0.0, order="C")  # in the order in which it is written
-    if is_array or isinstance(value, float):
+    if isinstance(value, float):
         return float(value) + 0.0
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        return np.add(value, 0.0, order="C")  # in the order in which it is written
     if isinstance(value, Table):
         columns = tuple(replace(column, values=_unsigned(column.values)) for column in value.columns)
         return replace(value, columns=columns)
@@ -92,17 +99,6 @@ def _unsigned(value: Value) -> Value:
         fields = tuple(replace(entry, value=_unsigned(entry.value)) for entry in value.fields)
         return replace(value, fields=fields, tables=tuple(map(_unsigned, value.tables)))
     return value
-
-
-def _require_representable(field: Field) -> None:
-    value = field.value
-    is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
-    if not (is_array or isinstance(value, float)):
-        return
-    largest = float(np.abs(value).max(initial=0.0)) if is_array else abs(value)
-    if not largest < math.inf or 0 < largest < TINY:
-        message = f"the {field.title or field.key} is beyond the range of floating-point numbers"
-        raise ComputationError(message)
 
 
 TINY = float(np.finfo(np.float64).tiny)  # the least float with all digits
@@ -166,6 +162,7 @@ def _read() -> dict[str, dict[str, Field]]:
 
 
 _BY_KEY = _read()
+_WORDED = (str, bool, type(None))  # results that are words: a union would be made anew at each result
 WORDS = {(key, value): words for key, value, words in _rows("words.csv")}
 # The results of each study, still without values, by the name of its command.
 RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
@@ -183,7 +180,7 @@ def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: 
 
 
 def _in_words(key: str, value: Value) -> str:
-    if not isinstance(value, str | bool | None):
+    if not isinstance(value, _WORDED):
         return ""
     text = "" if value is None else value if isinstance(value, str) else yes_or_no(value)
     return WORDS.get((key, text), text)
