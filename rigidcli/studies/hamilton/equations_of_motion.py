@@ -23,7 +23,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -38,9 +38,6 @@ from rigidcli.language.code import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.hamilton.derivation import Derivation
-
-if TYPE_CHECKING:
-    pass
 
 # The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
 # No name of a document has a dot.

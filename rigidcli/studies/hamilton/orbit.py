@@ -121,7 +121,7 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
 
     _require_range(solution, derivation, motion)
     samples = at(times)
-    _require_values(samples)
+    _require_values(samples, further)
     kept = conserved(derivation)
     watch, knots = motion.observer(kept), _looks(solution)
     drift = drifts(motion, kept, [watch(times, samples.states), watch(knots, solution.at(knots))])
@@ -223,9 +223,10 @@ def _require_range(solution: Solution, derivation: Derivation, motion: Equations
             )
 
 
-def _require_values(samples: Samples) -> None:
+def _require_values(samples: Samples, keys: Iterable[str]) -> None:
     """Raise ComputationError where a multiplier or an observable has no finite real value."""
-    for key, row in samples.values.items():
+    for key in keys:
+        row = samples.values[key]
         if not np.isfinite(row).all():
             first = samples.times[int(np.argmin(np.isfinite(row)))]
             raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
