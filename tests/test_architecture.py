@@ -37,8 +37,8 @@ MOST_LINES = {
     "core": 4617,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3340,  # cures for people who know other tools; constraints, observables
     "fields": 2086,  # a section reads on with the key that is meant
-    "homework": 8953,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2533,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "homework": 8949,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2527,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2901,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2814,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -14,9 +14,9 @@ from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
-from rigidcli.language.expression import RESERVED, Expression, parse
+from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import Constant, Name
-from rigidcli.language.words import CONSTANTS
+from rigidcli.language.words import CONSTANTS, RESERVED
 
 _T = TypeVar("_T")
 

@@ -26,10 +26,10 @@ from rigidcli.fields.units import PREFIXES, Unit
 from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree, typed
-from rigidcli.language.expression import RESERVED, real
+from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
 from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.words import said, table
+from rigidcli.language.words import RESERVED, said, table
 
 LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
@@ -64,8 +64,6 @@ _TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
 _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
-_COUNTED_THINGS = re.compile(rf"(?i){said('counted')}")
-_DENIED = re.compile(rf"(?i)\s*{said('not')}")
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _IN_WORDS = [  # `two` is 2, and `one half` is not
     (re.compile(rf"(?i)\A{said(digit)}(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))"), digit) for digit in "0123456"
@@ -248,7 +246,7 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
         with suppress(Unreadable):
             several = read_units(text[:end], unit, place) if end else [None]
             return several, text[end:].strip("()[], \n")
-    if unit is PURE and _COUNTED_THINGS.fullmatch(text):
+    if unit is PURE and re.fullmatch(rf"(?i){said('counted')}", text):
         return [None], text  # what is counted: 3 coordinates
     if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
         words = f"read {shown(text)}: words behind the number, give the number and its unit"
@@ -278,7 +276,7 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
         is_name = place == 0 and typed.is_label(typed.slopes(member))
         if is_name and len(member.split()) == 1:
             continue
-        if is_name and _DENIED.match(member):
+        if is_name and re.match(rf"(?i)\s*{said('not')}", member):
             return taken_back(member)
         own, shorter = value(member), typed.SECOND_NAME.sub("", member)
         second = value(shorter) if place and shorter != member else None

@@ -30,7 +30,7 @@ from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
-from rigidcli.language.tree import Call, Node, names_in, nodes
+from rigidcli.language.tree import Call, Node, nodes
 from rigidcli.language.typed import TWO_ANSWERS, cut, is_enclosed, statements, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, said, unknown
 
@@ -412,8 +412,3 @@ def _statements(answer: str) -> list[str]:
     several = map("=".join, statements(_BETWEEN.sub("\n", text)))
     parts = (part for each in several for part in (_NEXT_RATE.split(each) if _RATE.match(each) else [each]))
     return [_WORDS_AHEAD.sub("", typed.END.sub("", part)).strip() for part in parts]
-
-
-def names_in_all(sides: Iterable[Sides]) -> set[str]:
-    """The names in equations."""
-    return {name for _, left, right in sides for side in (left, right) for name in names_in(side)}

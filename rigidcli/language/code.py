@@ -24,7 +24,7 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import expression, tree
 from rigidcli.language.expression import Expression
-from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
+from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, nodes
 from rigidcli.language.words import FUNCTIONS, WITH_CORNERS
 
 # The largest power that is written as products: they are faster, and heyoka has no powers of 0.
@@ -79,9 +79,11 @@ def watched(
     Those that are `fixed` do not change with it: functions of the time alone have them as arguments, too.
     """
     trees, time = [*slopes, *(node for _, node in steps)], {arguments[0]}
+    calls = (part for part in nodes(trees) if isinstance(part, tree.Call))
+    phases = {call.arguments[0] for call in calls if call.function in ("sin", "cos", "tan")}
     inner, waves = (
         [(node, names_in(node) - constants.keys() - {*fixed}) for node in sorted(parts, key=repr)]
-        for parts in (insides(trees), phases(trees))
+        for parts in (insides(trees), phases)
     )
     timed, periodic = (
         function([node for node, names in parts if names == time], [*time, *fixed], constants)

@@ -24,13 +24,11 @@ from rigidcli.language.parser import NO_FUNCTIONS, of_tokens
 from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
 from rigidcli.language.typed import POINTS, QUOTES
-from rigidcli.language.words import FUNCTIONS, RESERVED, Words
+from rigidcli.language.words import FUNCTIONS, Words
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-__all__ = ["FUNCTIONS", "RESERVED", "Expression", "parse"]
 
 
 @dataclass(frozen=True, slots=True)

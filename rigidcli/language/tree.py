@@ -265,12 +265,6 @@ def insides(trees: Iterable[Node]) -> set[Node]:
     return inner
 
 
-def phases(trees: Iterable[Node]) -> set[Node]:
-    """The arguments of sines and cosines in trees."""
-    calls = (part for part in nodes(trees) if isinstance(part, Call))
-    return {call.arguments[0] for call in calls if call.function in ("sin", "cos", "tan")}
-
-
 def number(value: float) -> Node:
     """A number as a tree."""
     positive = Number(repr(abs(float(value))), abs(float(value)))

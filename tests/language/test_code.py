@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.code import function
-from rigidcli.language.expression import FUNCTIONS, Expression, parse
-from rigidcli.language.words import WITH_CORNERS
+from rigidcli.language.expression import Expression, parse
+from rigidcli.language.words import FUNCTIONS, WITH_CORNERS
 from tests.trees import number as written
 from tests.trees import trees
 

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.expression import FUNCTIONS, array, parse, real
+from rigidcli.language.expression import array, parse, real
 from rigidcli.language.text import reading, text
+from rigidcli.language.words import FUNCTIONS
 from tests.tables import pairs_of
 from tests.trees import number, trees
 

@@ -35,7 +35,6 @@ from rigidcli.homework.reading import (
     Names,
     Sides,
     in_other_letters,
-    names_in_all,
     names_of,
     read_all_equations,
     read_equations,
@@ -140,9 +139,13 @@ class EquationsKind(AnswerKind):
 
 def _orders(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
     """Sets of coordinates that may be meant to have equations of second order."""
-    used = names_in_all(sides)
+    used = _names_in_all(sides)
     second = frozenset(name for name in key.coordinates if acceleration(name) in used)
     return list(dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())]))
+
+
+def _names_in_all(sides: Sequence[Sides]) -> set[str]:
+    return {name for _, left, right in sides for side in (left, right) for name in names_in(side)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +186,7 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
     """
     partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
     gone = {velocity(name) for name in (*second, *partners)}
-    used = names_in_all(sides)
+    used = _names_in_all(sides)
     # Who has an equation for p'' has a p of its own, until another equation ties it to the velocity.
     loose = [p for p in partners if acceleration(p) in used]
     tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)), *loose)
@@ -357,7 +360,7 @@ def of_text(source: KeySource) -> MotionKey:
     keys = [key.strip() for key in source.value] if isinstance(source.value, dict) else []
     tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
     sides = read_all_equations(source.value, tops_of)
-    used = names_in_all(sides)
+    used = _names_in_all(sides)
     functions = _functions(question, used)
     second = tuple(name for name in functions if acceleration(name) in used)
     aliases = _aliases(question, functions)
