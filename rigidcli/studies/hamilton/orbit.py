@@ -191,8 +191,8 @@ def _follow(
         last, end = reach(first, until, last)
         stops = stops[stops < last]
         times = times if end is None else cut(times, end)
-    exactly = partial(by_exponential, derivation, initial, orbit, last)
-    solution = exactly() or first(last, progress=progress)
+    exactly = by_exponential(derivation, initial, orbit, last)
+    solution = (exactly and exactly(1.0)) or first(last, progress=progress)
     # Zero at some samples must not pass for the size of a variable.
     scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[:count]
     if is_bound:
@@ -201,7 +201,7 @@ def _follow(
     solution, error, lost = compared(
         solution,
         # A second solution by an exponential has steps that share no point with those of the first.
-        lambda tolerance, stops: exactly(finer=1.37) or follow(last, stops, tolerance, like=solution),
+        lambda tolerance, stops: (exactly and exactly(1.37)) or follow(last, stops, tolerance, like=solution),
         motion.watched,
         stops,
         lambda one, other: np.abs((one - other)[:, :count] / scale).max(axis=1),
@@ -304,10 +304,10 @@ def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = 
 
 
 def by_exponential(
-    derivation: Derivation, initial: InitialState, orbit: Orbit, end: float, finer: float = 1.0
-) -> Solution | None:
-    """The motion of linear equations that do not change with time, where it has many variables or takes many
-    steps; else None."""
+    derivation: Derivation, initial: InitialState, orbit: Orbit, end: float
+) -> Callable[[float], Solution | None] | None:
+    """The motion of linear equations that do not change with time, as a function of `finer` of `linear_flow`,
+    where it has many variables or takes many steps; else None."""
     # Its steps are too long for zeros to be found.
     asked = orbit.method != "auto" or orbit.max_step is not None or bool(orbit.events)
     if asked or derivation.linear is None or derivation.explicit_time:
@@ -323,15 +323,17 @@ def by_exponential(
     matrix = matrix.reshape(len(start), -1)
     if len(initial.q) < FEW_COORDINATES and linear_flow.rate(matrix) * end < FEW_RADIANS:
         return None
-    found = linear_flow.solve(matrix, offset, start, end, finer)
-    if found is None or not derivation.energy_changes:
-        return found
 
-    def sample(times: Floats) -> Floats:
-        return np.pad(found.sample(times), ((0, 0), (0, 1)))
+    def motion(finer: float) -> Solution | None:
+        found = linear_flow.solve(matrix, offset, start, end, finer)
+        if found is None or not derivation.energy_changes:
+            return found
+        # In place of the integral of dH/dt, which it does not have.
+        longer = partial(np.pad, pad_width=((0, 0), (0, 1)))
+        sizes = np.append(found.largest, 0.0)
+        return replace(found, sample=lambda times: longer(found.sample(times)), largest=sizes)
 
-    # In place of the integral of dH/dt, which it does not have.
-    return replace(found, sample=sample, largest=np.append(found.largest, 0.0))
+    return motion
 
 
 # --- events: the end of an orbit, and the states of a Poincare section
