@@ -36,12 +36,12 @@ MOST_LINES = {
     "cli": 2076,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4617,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3340,  # cures for people who know other tools; constraints, observables
-    "fields": 2086,  # a section reads on with the key that is meant
+    "fields": 2088,  # a section reads on with the key that is meant
     "homework": 8949,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2527,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2901,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, the words of a course, and sentences on the value of each key
-    "render": 2814,  # formulas within sentences are typeset; a slider over the values of a sweep
+    "render": 2797,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 7966,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1672,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }

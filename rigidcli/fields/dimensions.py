@@ -41,21 +41,24 @@ class Dimension(NamedTuple):
         """The usual name with the SI unit, `mass (kg)`; without a name, the unit `kg m/s^3` alone."""
         if self in USUAL_NAMES:
             return USUAL_NAMES[self]
-        above: list[str] = []
-        below: list[str] = []
-        for unit, power in zip(("kg", "m", "s", "rad", "cycle", "A", "K", "mol"), self, strict=True):
-            text = unit if abs(power) == 1 else f"{unit}^{abs(power)}"
-            if power:
-                (above if power > 0 else below).append(text)
-        if len(below) > 1:
-            below = [f"({' '.join(below)})"]
-        return "/".join([" ".join(above) or "1", *below])
+        units = ("kg", "m", "s", "rad", "cycle", "A", "K", "mol")
+        return product_of_units(dict(zip(units, self, strict=True)))
 
     @property
     def unit(self) -> str:
         """The name of the SI unit alone; nothing for a pure number."""
         text = str(self)
         return (text.partition(" (")[2][:-1] or text) if any(self) else ""
+
+
+def product_of_units(powers: Mapping[str, int]) -> str:
+    """The product of units with these powers, as it is written: `kg m/s^3`, `1/s`, `kg/(m s)`."""
+    above, below = (
+        [unit if abs(n) == 1 else f"{unit}^{abs(n)}" for unit, n in powers.items() if sign * n > 0]
+        for sign in (1, -1)
+    )
+    lower = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
+    return "/".join(filter(None, [" ".join(above) or "1", lower]))
 
 
 # The usual names of dimensions, each with its SI unit.
@@ -130,7 +133,10 @@ def dimension_of(root: Node, dimensions: Mapping[str, Dimension]) -> Dimension |
     """
     from rigidcli.language.tree import Kind, fold
 
-    kind = Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)
+    def negative(value: _Value) -> _Value:
+        return -value if isinstance(value, float) else value
+
+    kind = Kind(lambda text, value: value, negative, _sum, _product, _power, _call)
     value = fold(root, dimensions.get, kind)
     return value if isinstance(value, Dimension) else None
 
@@ -175,7 +181,3 @@ def _call(function: str, arguments: list[_Value]) -> _Value:
     if not is_any and isinstance(dimension, Dimension) and any(dimension._replace(angle=0)):
         raise ValueProblem(f"{function} of {described(dimension)}, expected an angle or a pure number")
     return math.nan
-
-
-def _negative(value: _Value) -> _Value:
-    return -value if isinstance(value, float) else value

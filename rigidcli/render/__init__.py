@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -107,6 +109,12 @@ TRAITS = {
     Format.sdf: _BLOCK,
     Format.mjcf: _BLOCK,
 }
+
+
+def templates(file: str) -> dict[str, str]:
+    """The texts in a file of this package by their names, each of which stands in a line after `===`."""
+    text = Path(__file__).with_name(file).read_text("utf-8")
+    return dict(re.findall(r"^=== (\w+)\n(.*?)(?=^===|\Z)", text, re.DOTALL | re.MULTILINE))
 
 
 def formats_of(study: str) -> list[Format]:

@@ -1,6 +1,7 @@
 """The `<inertial>` of a link in URDF, SDF and MJCF: the tensor about the centre of mass, along its axes.
 
-Products of inertia are entries of the tensor, -sum m x y, in all three formats.
+Products of inertia are entries of the tensor, -sum m x y, in all three formats. Their templates stand in
+`inertial.txt`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from functools import partial
 from itertools import combinations_with_replacement
 
 from rigidcli.errors import ComputationError, printable
-from rigidcli.render import Look
+from rigidcli.render import Look, templates
 from rigidcli.render.values import is_exact
 from rigidcli.report import Report
 
@@ -37,31 +38,5 @@ def _block(template: str, report: Report, look: Look) -> str:
     return f"<!-- {name} -->\n{template.format(**floats)}"
 
 
-urdf = partial(
-    _block,
-    """<inertial>
-  <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
-  <mass value="{mass}"/>
-  <inertia ixx="{Ixx}" ixy="{Ixy}" ixz="{Ixz}" iyy="{Iyy}" iyz="{Iyz}" izz="{Izz}"/>
-</inertial>
-""",
-)
-sdf = partial(
-    _block,
-    """<inertial>
-  <pose>{x} {y} {z} 0 0 0</pose>
-  <mass>{mass}</mass>
-  <inertia>
-    <ixx>{Ixx}</ixx>
-    <ixy>{Ixy}</ixy>
-    <ixz>{Ixz}</ixz>
-    <iyy>{Iyy}</iyy>
-    <iyz>{Iyz}</iyz>
-    <izz>{Izz}</izz>
-  </inertia>
-</inertial>
-""",
-)
-mjcf = partial(
-    _block, '<inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{Ixx} {Iyy} {Izz} {Ixy} {Ixz} {Iyz}"/>\n'
-)
+_TEMPLATES = templates("inertial.txt")
+urdf, sdf, mjcf = (partial(_block, _TEMPLATES[name]) for name in ("urdf", "sdf", "mjcf"))

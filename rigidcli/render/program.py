@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import builtins
 import keyword
-import re
 import textwrap
 from collections.abc import Iterable
-from pathlib import Path
 from string import Template
 from typing import NamedTuple
 
@@ -23,7 +21,7 @@ from rigidcli.errors import UsageError
 from rigidcli.language.code import Formulas
 from rigidcli.language.text import text
 from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
-from rigidcli.render import Look
+from rigidcli.render import Look, templates
 from rigidcli.report import Report, Run
 
 WIDTH = 100  # the width of lines in characters; longer ones are broken at blanks
@@ -123,8 +121,7 @@ class _Source:
         if report.program is None:
             raise UsageError("there are no equations of motion here", hint="`hamilton` writes programs")
         self.program, self.language = report.program, language
-        parts = Path(__file__).with_name(language.parts).read_text("utf-8")
-        self._parts = dict(re.findall(r"^=== (\w+)\n(.*?)(?=^===|\Z)", parts, re.DOTALL | re.MULTILINE))
+        self._parts = templates(language.parts)
         self.names: dict[str, str] = {}
         self.used: set[str] = set()
         """The functions that the written formulas call, with `pow` and `pi`, by their names in documents."""
@@ -193,9 +190,8 @@ class _Source:
         for name, formulas in program.quantities.items():
             value = self.line(f"    return {{}}{end}", formulas.values[0])
             steps = unpacked[name] + self._steps(formulas)
-            written += self._part(
-                "quantity", name=name, function=self._function(name), steps=steps, value=value
-            )
+            words = {"name": name, "function": self._function(name), "steps": steps, "value": value}
+            written += self._part("quantity", **words)
         return (self._part("sign") if "sign" in self.used else "") + written
 
     def _function(self, quantity: str) -> str:

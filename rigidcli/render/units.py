@@ -11,7 +11,16 @@ from typing import TypeAlias
 import numpy as np
 
 from rigidcli.errors import ValueProblem
-from rigidcli.fields.dimensions import ANGLE, ANGULAR_VELOCITY, DIMENSIONLESS, LENGTH, MASS, TIME, Dimension
+from rigidcli.fields.dimensions import (
+    ANGLE,
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    LENGTH,
+    MASS,
+    TIME,
+    Dimension,
+    product_of_units,
+)
 from rigidcli.fields.units import Unit, is_unit, parse_unit
 from rigidcli.render.values import is_exact
 from rigidcli.report import Field, Report, Table, Value
@@ -100,10 +109,5 @@ def _unit_for(si: Unit, units: Units) -> Unit | None:
     }
     if not powers.keys() & units.keys():
         return None
-    above: list[str] = []
-    below: list[str] = []
-    for base, power in powers.items():
-        name = units[base].text if base in units else BASES[base]
-        (above if power > 0 else below).append(name if abs(power) == 1 else f"{name}^{abs(power)}")
-    lower = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
-    return parse_unit(f"{' '.join(above) or '1'}/{lower}" if lower else " ".join(above))
+    named = {units[base].text if base in units else BASES[base]: power for base, power in powers.items()}
+    return parse_unit(product_of_units(named))
