@@ -76,9 +76,8 @@ def each(
                 waiting = deque((pack, _submitted(executor, work, pack)) for pack, _ in waiting)
             else:
                 yield from results
-                size = min(
-                    MOST_TASKS_IN_PACK, 2 * size, max(1, int(len(pack) * PACK_SECONDS / max(seconds, 1e-6)))
-                )
+                fitting = int(len(pack) * PACK_SECONDS / max(seconds, 1e-6))
+                size = min(MOST_TASKS_IN_PACK, 2 * size, max(1, fitting))
 
 
 def _alone(
@@ -151,7 +150,9 @@ def _pool(jobs: int) -> Iterator[tuple[Executor, int]]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(jobs, get_context("fork" if sys.platform == "linux" else "spawn"), _begin)
+    context = get_context("fork" if sys.platform == "linux" else "spawn")
+    # Workers ignore Ctrl-C: their parent ends them.
+    pool = ProcessPoolExecutor(jobs, context, signal.signal, (signal.SIGINT, signal.SIG_IGN))
     try:
         yield pool, jobs
     finally:
@@ -162,8 +163,3 @@ def _pool(jobs: int) -> Iterator[tuple[Executor, int]]:
             process.terminate()
         for process in processes:
             process.join()
-
-
-def _begin() -> None:
-    """Ignore Ctrl-C in a worker: its parent ends it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

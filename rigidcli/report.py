@@ -168,8 +168,13 @@ class Report(Mapping[str, Value]):
         """All values as JSON nests them; a table with the key of a field shows that field to people."""
         tree: dict[str, Value] = {}
         pairs = [(entry.key, entry.value) for entry in self.fields if entry.key]
-        for table in self.tables:
-            pairs += _nested(table) if table.key else []
+        for table in (each for each in self.tables if each.key):
+            if table.records:
+                rows = range(len(table))
+                records = [{column.key: column.values[row] for column in table.columns} for row in rows]
+                pairs.append((table.key, records))
+            else:
+                pairs += [(f"{table.key}.{column.key}", column.values) for column in table.columns]
         for key, value in pairs:
             *way, last = key.split(".")
             place = tree
@@ -223,10 +228,3 @@ def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:
     ]
     by_name = {column.cells[0]: column for column in every}
     return [by_name[name] for name in names] or every
-
-
-def _nested(table: Table) -> list[tuple[str, Value]]:
-    if not table.records:
-        return [(f"{table.key}.{column.key}", column.values) for column in table.columns]
-    rows = range(len(table))
-    return [(table.key, [{column.key: column.values[row] for column in table.columns} for row in rows])]

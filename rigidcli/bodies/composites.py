@@ -299,7 +299,7 @@ class Leaf:
         return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
 
     def fills_space(self) -> bool:
-        """Whether the form has an inside, of which it can give points."""
+        """Whether the form has an inside, and can give points of it."""
         return isinstance(self.form, Region | Mesh)
 
     def is_like(self, other: Leaf) -> bool:

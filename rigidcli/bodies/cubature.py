@@ -57,7 +57,7 @@ class Boxes(NamedTuple):
     second: Floats
 
     def halved(self, runs: Sequence[Function], chosen: Indices, sides: Indices) -> Boxes:
-        """The boxes, the `chosen` of which (k) are halved, each along one of its `sides` (k)."""
+        """The boxes with the `chosen` ones (k) halved, each along one of its `sides` (k)."""
         column, side = np.arange(2 * chosen.size), sides.repeat(2)
         low, size, indicator = (part[:, chosen].repeat(2, axis=1) for part in self[:3])
         size[side, column] /= 2
@@ -87,9 +87,8 @@ def integral(
         # Both runs may pass by the same edge of a kink.
         cost, margin, enough = cost * COST_OF_LINE, 30.0, 1e4 * ERROR_AT_FIRST
         lines = np.random.default_rng(1).random((len(pieces), 64))
-        cuts = [
-            [_crossings(kink, k, lines, LOOKS_ALONG_LINE[0]) for kink in kinks] for k in range(len(pieces))
-        ]
+        looks = LOOKS_ALONG_LINE[0]
+        cuts = [[_crossings(kink, k, lines, looks) for kink in kinks] for k in range(len(pieces))]
         along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
@@ -169,9 +168,8 @@ def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats
         values = np.where(np.isfinite(values), values, 0.0).reshape(-1, n, *[count] * depth)
         values = values * size.prod(axis=0).reshape(-1, *[1] * depth)
         # Coefficients of the two highest of Legendre's polynomials.
-        high = (
-            np.polynomial.legendre.legvander(2 * nodes - 1, count - 1)[:, -2:] * weights[:, None] * 2 * count
-        )
+        vander = np.polynomial.legendre.legvander(2 * nodes - 1, count - 1)
+        high = vander[:, -2:] * weights[:, None] * 2 * count
         tails = np.zeros((depth, n))
         for k in range(depth):
             tail = np.abs(np.moveaxis(values, 2 + k, -1) @ high).max(axis=-1)

@@ -50,9 +50,8 @@ class Density(Quantity):
             return value
         variables = tuple(name for name in VARIABLES if name not in env.declared)
         hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
-        env.log.note(
-            *(f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden)
-        )
+        notes = (f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden)
+        env.log.note(*notes)
         formula = env.formula(raw, self.dimension, variables)
         if formula.expression.names.isdisjoint(variables):
             return super().read(raw, info)

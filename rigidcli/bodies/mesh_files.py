@@ -431,7 +431,7 @@ def _summed(corners: Floats, path: Path) -> Surface:
 
 
 def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
-    """An open surface with near vertices made one, of which `notes` tell."""
+    """An open surface with near vertices made one; `notes` gets how many."""
     distance = SAME_VERTEX * surface.size
     corners, count = surfaces.merged(surface.corners, surface.box, distance)
     if count == 0:

@@ -136,10 +136,8 @@ def read_molecule(path: Path) -> Molecule:
                 line += 1
                 columns = _PROPERTIES.search(_text(comment))
                 if columns is not None and not columns[1].lower().startswith("species:s:1:pos:r:3"):
-                    message = (
-                        f"read {shown(columns[0])}, expected columns that begin with the element and x, y, z"
-                    )
-                    raise ValueProblem(message)
+                    expected = "columns that begin with the element and x, y, z"
+                    raise ValueProblem(f"read {shown(columns[0])}, expected {expected}")
             for data in islice(lines, count):  # a count that lies costs nothing
                 line += 1
                 text = _text(data)

@@ -103,14 +103,6 @@ def half_disk(n: Arithmetic, radius: Length) -> Figure:
     )
 
 
-def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
-    return Figure(
-        lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
-        lambda: [charts.stretched(charts.sector(1, n), a, b)],
-        lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 <= 1,
-    )
-
-
 def triangle(n: Arithmetic, vertices: solids.Triangle) -> Figure:
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
     return polygon(n, vertices)
@@ -182,7 +174,13 @@ def tube(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength, heig
 
 def elliptic_cylinder(n: Arithmetic, semi_axes: Size2, height: Length) -> Figure:
     """A cylinder along z on an ellipse; origin at its centre."""
-    return _prism(_ellipse(n, *semi_axes), height)
+    a, b = semi_axes
+    ellipse = Figure(
+        lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
+        lambda: [charts.stretched(charts.sector(1, n), a, b)],
+        lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 <= 1,
+    )
+    return _prism(ellipse, height)
 
 
 def half_cylinder(n: Arithmetic, radius: Length, height: Length) -> Figure:

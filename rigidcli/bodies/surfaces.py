@@ -146,8 +146,8 @@ def unpaired(corners: Floats) -> Unpaired | None:
 def merged(corners: Floats, box: Floats, distance: float) -> tuple[Floats, int]:
     """The triangles in a `box` (2 by 3) with vertices nearer than `distance` made one, and how many moved.
 
-    Two such vertices are in one cell of at least one of eight grids, of which the cells have twice that side
-    and the corners differ by half a cell.
+    Two such vertices share a cell of at least one of eight grids: the cells have twice that side, and the
+    grids differ by half a cell.
     """
     _, first, places = np.unique(vertex_keys(corners), return_index=True, return_inverse=True)
     vertices = corners.transpose(0, 2, 1).reshape(-1, 3)[first].astype(np.float64)

@@ -44,9 +44,8 @@ def described(
     """The top with these numbers; its axis is z. Raises ValueProblem where it cannot be."""
     if mass is None or distance is None or lambda3 is None:
         key = "mass" if mass is None else "distance" if distance is None else "lambda3"
-        raise ValueProblem(
-            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(key,)
-        )
+        message = "missing; expected `mass`, `distance` and `lambda3` here, or a `body`"
+        raise ValueProblem(message, path=(key,))
     remarks = _require_possible(mass, distance, lambda1, lambda3, n)
     return HeavyTop(mass, distance, lambda1, lambda3, n.array([0, 0, 1]), remarks)
 

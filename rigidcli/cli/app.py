@@ -97,9 +97,8 @@ def _command(name: str) -> Any:
     """The command of this name. typer makes its options from the signature of its function."""
     module = import_module(f"rigidcli.cli.{COMMANDS[name].module or 'computing'}")
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(cls=ManualCommand)(
-        module.command_of(name) if COMMANDS[name].needs else getattr(module, name)
-    )
+    run = module.command_of(name) if COMMANDS[name].needs else getattr(module, name)
+    alone.command(cls=ManualCommand)(run)
     return typer.main.get_command(alone)
 
 

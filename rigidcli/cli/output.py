@@ -61,9 +61,8 @@ class Failure(NamedTuple):
 def failure(error: RigidError | MemoryError, source: str) -> Failure:
     """The failure of `source` by this error."""
     if isinstance(error, MemoryError):
-        return Failure(
-            str(Problem(source, "there is too little memory", hint=LESS)), ComputationError.exit_code
-        )
+        problem = Problem(source, "there is too little memory", hint=LESS)
+        return Failure(str(problem), ComputationError.exit_code)
     # The problems of a document name its source themselves.
     is_named = isinstance(error, DocumentError)
     text = error.message if is_named else str(Problem(source, error.message, hint=error.hint))

@@ -30,7 +30,7 @@ PULSE = 2.0  # seconds after which a terminal shows the time that a document has
 FEW_FILES = 16  # up to this many FILES, starts are shared among processes; beyond it, whole FILES
 # Tasks of a large ensemble, and blocks of starts in a task: few tasks, as each one reads the document.
 FEW_TASKS, MOST_BLOCKS = 64, 16
-WIDE = 2000  # starts in arrays of which twice as many take twice as long; fewer cost nearly as much as these
+WIDE = 2000  # starts in arrays: twice as many take twice as long, and half as many take nearly as long
 # The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB.
 SWEPT, SWEPT_SAMPLES = 128, 500_000
 CLUSTER = 32  # processes that a cluster is taken to have
@@ -83,7 +83,7 @@ class Work(NamedTuple):
 class Answer(NamedTuple):
     """A piece of the output, or a failure, with notes, the files that the document names, and a picture.
 
-    `share` is how much of the work on its document it is: that on all starts of an ensemble is 1.
+    `share` is its share of the work on its document: those of all starts of an ensemble add up to 1.
     """
 
     source: str
@@ -138,9 +138,8 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
     FILES are read here; the files that they name are read where the task is done. A document that cannot be
     swept is one failure, and not one at every value.
     """
-    divided = (
-        sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW_FILES and work.command.section
-    )
+    few = jobs != 1 and work.plot is None and len(files) <= FEW_FILES
+    divided = sweep is None and few and work.command.section
     for file in files:
         try:
             drafts, notes, _ = work.drafts(file)
@@ -210,7 +209,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> dict[str, Any]:
 
 
 def answers(task: Task, work: Work, is_watched: bool = False) -> Iterator[Answer]:
-    """The answers to a task, of which an ensemble has several; progress is shown where it `is_watched`."""
+    """The answers to a task, several for an ensemble; progress is shown where it `is_watched`."""
     if isinstance(task.draft, Failure):
         found = iter([Answer(task.source, task.draft)])
     elif task.sweep is not None:

@@ -89,7 +89,7 @@ class Document(Section):
     transform: Transform | None = None
 
     NEEDS: ClassVar = dict.fromkeys(
-        ("orbit", "equilibrium", "transform", "observables", "brackets"), "system"
+        ["orbit", "equilibrium", "transform", "observables", "brackets"], "system"
     )
 
     @classmethod
@@ -260,9 +260,8 @@ def places() -> dict[str, list[str]]:
     for name, entry in Document.model_fields.items():
         marks = (mark for part in get_args(entry.annotation) for mark in getattr(part, "__metadata__", ()))
         choices = [mark.there if isinstance(mark, Elsewhere) else mark for mark in marks]
-        sections = [
-            each for choice in choices if isinstance(choice, SectionChoice) for each in choice.options()
-        ]
+        options = (mark.options() for mark in choices if isinstance(mark, SectionChoice))
+        sections = [section for several in options for section in several]
         for key in dict.fromkeys(key for section in sections for key in section.model_fields):
             names.setdefault(key, []).append(name)
     return names
@@ -319,22 +318,19 @@ class Physical:
             return self.body.point_named(about, self.arithmetic)
         return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
 
-    def _require_known(self) -> None:
-        # A tensor without a mass cannot be shifted.
-        size, properties = self.arithmetic.size, self.properties
-        off = max(abs(size(component)) for component in self.point - properties.com)
-        far = max(abs(size(component)) for component in (*self.point, *properties.com))
-        if off > SAME_POINT * far or (self.sections["about"] == "com" and not properties.at_com):
-            hint = "give `mass`, or the tensor about the point asked for in `about`"
-            message = "missing: without it the tensor cannot be shifted"
-            raise ValueProblem(message, path=("body", "mass"), hint=hint)
-
     @cached_property
     def tensor(self) -> Array:
         """The inertia tensor about the point O (3 by 3, kg m^2)."""
         body = self.properties
         if body.mass is None:
-            self._require_known()
+            # A tensor without a mass cannot be shifted.
+            size = self.arithmetic.size
+            off = max(abs(size(component)) for component in self.point - body.com)
+            far = max(abs(size(component)) for component in (*self.point, *body.com))
+            if off > SAME_POINT * far or (self.sections["about"] == "com" and not body.at_com):
+                hint = "give `mass`, or the tensor about the point asked for in `about`"
+                message = "missing: without it the tensor cannot be shifted"
+                raise ValueProblem(message, path=("body", "mass"), hint=hint)
             return without_rounding(body.tensor)
         return self.arithmetic.tidy(without_rounding(body.tensor_about(self.point)))
 

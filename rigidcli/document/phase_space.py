@@ -71,7 +71,7 @@ def read_new_names(
 def read_equation(raw: object, read: Callable[[object], Expression], expected: str, hint: str) -> Expression:
     """The left side minus the right side of an equation, or an expression alone.
 
-    Raises ValueProblem; the `hint` is for an inequality, in place of which something else is `expected`.
+    Raises ValueProblem. For an inequality it has the `hint`, and says what is `expected` instead.
     """
     text = raw.replace("==", "=") if isinstance(raw, str) else ""
     if any(sign in text for sign in "<>\u2264\u2265"):
@@ -97,9 +97,8 @@ def take(env: Environment, meanings: Mapping[str, str]) -> None:
         if name in taken:
             raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
     for name in meanings.keys() & env.declared.keys():
-        env.log.faults[name] = ValueProblem(
-            f"`{name}` is {meanings[name]}, expected another name for a parameter"
-        )
+        message = f"`{name}` is {meanings[name]}, expected another name for a parameter"
+        env.log.faults[name] = ValueProblem(message)
     env.names.meanings |= meanings
 
 

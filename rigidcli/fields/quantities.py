@@ -68,9 +68,8 @@ class Quantity(Reader):
             env.log.note(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
         limit = LARGEST_SIZES.get(self.dimension, DEFAULT_LIMIT)
         if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
-            raise ValueProblem(
-                f"read {shown(raw)}, expected {self.words} from {1 / limit:.0e} to {limit:.0e}"
-            )
+            bounds = f"from {1 / limit:.0e} to {limit:.0e}"
+            raise ValueProblem(f"read {shown(raw)}, expected {self.words} {bounds}")
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):

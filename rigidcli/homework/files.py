@@ -41,9 +41,10 @@ ONE_HAND_IN, FILES, IN_ROSTER = -1, -2, -3
 class HandedFile:
     """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
 
-    Files of one `group` are told apart by each other's names: those of a folder given are one, and so are all
-    files given, and all folders of one student. `given` is the name of one of several of ANSWERS that is a
-    folder. `owners` are the students whom the platform itself names, each by several names.
+    The names in one `group` tell the students apart. A group has all files below a folder that is given, all
+    files that are given by themselves, or all folders of single students. Where several of ANSWERS are given,
+    `given` is the name of the folder. `owners` are the students whom the platform names, each by several
+    names.
     """
 
     file: Path
@@ -102,7 +103,12 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 continue
             places = _below(folder, path, group, scratch / f"{group}-within", batch)
             if len(paths) > 1:
-                places = _given(places, path.absolute().stem if is_archive else path.absolute().name)
+                name = path.absolute().stem if is_archive else path.absolute().name
+                direct = [place for place in places if is_answer(place.file.name)] or places
+                if len(direct) == 1 and not direct[0].way:  # a folder with a single hand-in is a student's
+                    places = [replace(each, group=ONE_HAND_IN, way=(name, *each.way)) for each in places]
+                else:
+                    places = [replace(each, given=name) for each in places]
             if not places:
                 batch.trouble(path, "no answer files in it")
         else:
@@ -112,14 +118,6 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 seen.add(_spot(place.file))
                 batch.places.append(place)
     return batch
-
-
-def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
-    """The places below one of several folders given; one with a single hand-in is a student's."""
-    direct = [place for place in places if is_answer(place.file.name)] or places
-    if len(direct) == 1 and not direct[0].way:
-        return [replace(place, group=ONE_HAND_IN, way=(name, *place.way)) for place in places]
-    return [replace(place, given=name) for place in places]
 
 
 def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:

@@ -79,7 +79,7 @@ def papers(
 ) -> HandIns:
     """The hand-in of every student, also of those on the roster without one.
 
-    `known` are the names of questions. All files are those of `one` student, if that has a name.
+    `known` are the names of questions. If `one` has a name, all files are of this student.
     """
     students = [_Student(one, files=dict.fromkeys(batch.places, Owner("", "")))]
     students = students if one else _students(batch.places, roster)
@@ -145,7 +145,7 @@ def _owners(places: Sequence[HandedFile], roster: Roster | None) -> _Found:
 
 
 def _of_group(ways: Mapping[HandedFile, tuple[str, ...]], roster: Roster | None) -> _Found:
-    """The owners of the files below one of ANSWERS, to each of which a way of folders leads.
+    """The owners of the files below one of ANSWERS, by the folders that lead to each file.
 
     The level that decides is the first with the form of a platform, or with names of students of the roster;
     without a roster it is the first that tells hand-ins apart.

@@ -145,9 +145,8 @@ class Question(Section):
 
 
 # The options of every question, and those of all kinds of answers that are formulas.
-EVERYWHERE = frozenset(
-    {"document", "ask", "answer", "kind", "points", "title", "tolerance", "credit", "accept"}
-)
+_KEYS = "document ask answer kind points title tolerance credit accept"
+EVERYWHERE = frozenset(_KEYS.split())
 OF_FORMULAS = frozenset({"symbols", "coordinates", "momenta", "velocities", "numbers"})
 
 

@@ -1,4 +1,4 @@
-"""Who the students are, by the list of an instructor, and whom of them a name means."""
+"""The students in the list of an instructor, and which of them a name means."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Person(NamedTuple):
 
 
 class Roster:
-    """The students of a list, or of a gradebook, by all that a name in a download may say of one.
+    """The students of a list, or of a gradebook, by the names, logins and numbers that downloads may have.
 
     Students have the numbers of their `rows`, from 0, as their keys; `columns` tells what each column means,
     and `head` what the list calls it. `labels` are the students' names in reports, and `aliases`, by labels,

@@ -188,6 +188,5 @@ def _amount(raw: Mapping[str, Any], key: str, unit: Unit | None) -> tuple[Decima
             with suppress(Inexact):
                 return EXACTLY.divide(EXACTLY.multiply(amount, ratio.numerator), ratio.denominator), unit
         hint = f"write all three in `{unit.text}`" if unit else "write the unit behind all three"
-        raise ValueProblem(
-            f"read {shown(raw[key])} beside {shown(raw['from'])}, expected one unit", hint=hint
-        )
+        read = f"read {shown(raw[key])} beside {shown(raw['from'])}"
+        raise ValueProblem(f"{read}, expected one unit", hint=hint)

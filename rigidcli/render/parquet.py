@@ -39,9 +39,8 @@ def piece(report: Report, look: Look) -> ParquetPiece:
     count = len(columns[0].values)
     heads: dict[str, Value] = {"name": [report.name] * count} if look.several else {}
     values = {column.cells[0]: np.asarray(column.values, float) for column in columns}
-    return ParquetPiece(
-        count, heads | values, {column.cells[0]: column.unit for column in columns if column.unit}
-    )
+    units = {column.cells[0]: column.unit for column in columns if column.unit}
+    return ParquetPiece(count, heads | values, units)
 
 
 def render(pieces: Iterable[ParquetPiece], look: Look) -> Iterator[bytes]:

@@ -153,9 +153,8 @@ def _read() -> dict[str, dict[str, Field]]:
     for commands, key, title, symbol, unit, cells, kind, means in _rows("results.csv"):
         places = (cell.partition(":") for cell in cells.split())
         columns = {name: tuple(map(int, place)) for name, _, place in places}
-        field = Field(
-            key, None, title, symbol, unit, columns, "", "counts" in kind, "diagnostic" in kind, means
-        )
+        kinds = "counts" in kind, "diagnostic" in kind
+        field = Field(key, None, title, symbol, unit, columns, "", *kinds, means)
         for command in commands.split():
             results.setdefault(command, {})[key] = field
     return results
@@ -170,20 +169,16 @@ RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
 
 def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
     """The field of a result by results.csv, with its value, words for it, and `changes` of the field."""
-    field, words = _BY_KEY[study][key], words or _in_words(key, value)
+    field = _BY_KEY[study][key]
+    if not words and isinstance(value, _WORDED):
+        text = value if isinstance(value, str) else "" if value is None else yes_or_no(value)
+        words = WORDS.get((key, text), text)
     # `replace` or a frozen class takes three times as long.
     looks = field.cells, words, field.counts, field.diagnostic, field.means
     field = Field(key, value, field.title, field.symbol, field.unit, *looks)
     for name, change in changes.items():
         setattr(field, name, change)
     return field
-
-
-def _in_words(key: str, value: Value) -> str:
-    if not isinstance(value, _WORDED):
-        return ""
-    text = "" if value is None else value if isinstance(value, str) else yes_or_no(value)
-    return WORDS.get((key, text), text)
 
 
 def celled(key: str, value: Value, title: str = "", symbol: str = "", **changes: Any) -> Field:

@@ -343,7 +343,14 @@ class TensorKind(MatrixKind):
 
     def table(self, answer: Tree) -> Array:
         entries = read_list(answer, is_square=True)
-        return _components(entries) if isinstance(entries, dict) else rows(entries)
+        if not isinstance(entries, dict):
+            return rows(entries)
+        given = by_places(entries, 2, 3, ", ".join(dict.fromkeys(COMPONENTS)))
+        given = {(j, i): entry for (i, j), entry in given.items()} | given  # Ixy stands for Iyx, too
+        places = dict(zip(np.ndindex(3, 3), COMPONENTS, strict=True))
+        if missing := [name for place, name in places.items() if place not in given]:
+            raise Unreadable("wrong_shape", f"{listed(missing)} missing")
+        return filled([given[place] for place in places], (3, 3))
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         if shape != (3, 3):
@@ -386,15 +393,6 @@ def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
     """The components of a tensor that differ from those across the diagonal."""
     pairs = ((1, 3), (2, 6), (5, 7))
     return [COMPONENTS[i] for i, j in pairs if ruler.differ(entries[i], entries[j])]
-
-
-def _components(answer: dict[str, Tree]) -> Array:
-    """What was typed for components by their names: Ixy stands for Iyx, too."""
-    given, places = by_places(answer, 2, 3, ", ".join(dict.fromkeys(COMPONENTS))), list(np.ndindex(3, 3))
-    given = {(j, i): entry for (i, j), entry in given.items()} | given
-    if missing := [name for name, place in zip(COMPONENTS, places, strict=True) if place not in given]:
-        raise Unreadable("wrong_shape", f"{listed(missing)} missing")
-    return filled([given[place] for place in places], (3, 3))
 
 
 # --- moments

@@ -64,9 +64,8 @@ def replay(scene: Scene, look: Look, most: int, others: Mapping[str, Scene] | No
     extents = [[_extent(each, stage) for stage in each.stages] for each in scenes]
     if len({len(each) for each in extents}) == 1:
         extents = [[_joined(alike) for alike in zip(*extents, strict=True)]] * len(scenes)
-    first, *further = [
-        _motion(each, sizes, share, arrays) for each, sizes in zip(scenes, extents, strict=True)
-    ]
+    pairs = zip(scenes, extents, strict=True)
+    first, *further = [_motion(each, sizes, share, arrays) for each, sizes in pairs]
     data = {**first, "arrays": list(arrays), "digits": look.digits}
     if further:
         data["others"] = further

@@ -198,9 +198,8 @@ def _rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...
             is_known = moment > 0 and not (is_line and letter == "A")
             value = PLANCK / (8 * math.pi**2 * float(moment)) * per_hertz if is_known else None
             if key == "ghz" and value is not None and value > LARGEST_CONSTANT:
-                notes.append(
-                    f"{letter} is {value:.3g} GHz, and that of H2 is 1,824 GHz: are the places right?"
-                )
+                large = f"{letter} is {value:.3g} GHz, and that of H2 is 1,824 GHz"
+                notes.append(f"{large}: are the places right?")
             fields.append(if_known(field_of("axes", f"rotational_constants_{key}.{letter}", value)))
     kappa = None
     if kind in ("oblate", "prolate", "asymmetric"):

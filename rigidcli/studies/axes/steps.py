@@ -35,7 +35,14 @@ def steps(document: Document, frame: PrincipalFrame | None, fields: Sequence[Fie
 def _frame_steps(
     tensor: Array, frame: PrincipalFrame | None, n: Arithmetic, names: frozenset[str]
 ) -> Iterator[Step]:
-    factor, rest = _common_factor(tensor, n)
+    factor: Any = None
+    rest = tensor
+    if n.exact:
+        from rigidcli.algebra.arithmetic import common_factor
+
+        common, numbers = common_factor(tensor)
+        if common.names and not any(entry.names for entry in numbers.flat):  # it has all the symbols
+            factor, rest = common, numbers
     mu = None if factor is None else free_name(("mu", "nu", "kappa"), names)
     yield _polynomial(rest, factor, mu, frame, n, free_name(("lambda", "Lambda"), names))
     if frame is None:
@@ -81,17 +88,6 @@ def _motion_step(tensor: Array, results: Mapping[str, Field], n: Arithmetic) -> 
             worked(f"N{axis}", (omega[i], -omega[j]), (momentum[j], momentum[i]))
         shown.append(torque)
     return Step("Turning at this angular velocity", sentence, tuple(shown))
-
-
-def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
-    """A factor with symbols and the numbers that remain; or None and the tensor, without such a factor."""
-    if n.exact:
-        from rigidcli.algebra.arithmetic import common_factor
-
-        factor, rest = common_factor(tensor)
-        if factor.names and not any(entry.names for entry in rest.flat):
-            return factor, rest
-    return None, tensor
 
 
 def _polynomial(

@@ -184,9 +184,8 @@ def _problem(
     if words and motion.duration is None and motion.times is None:
         notes = (*notes, f"`motion.duration` is not given: {words} shown")
     tolerance = motion.tolerance or DEFAULT_TOLERANCE
-    return InitialValueProblem(
-        times=motion.instants(duration), tolerance=tolerance, notes=tuple(notes), **state
-    )
+    times = motion.instants(duration)
+    return InitialValueProblem(times=times, tolerance=tolerance, notes=tuple(notes), **state)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,9 +241,8 @@ class Trajectory:
             if key in values:
                 symbols, size = tuple(field.symbol.split(", ")), NOISE if key == "t" else error
                 hidden = key in HIDDEN or (key == "kinetic_energy" and self.free is not None)
-                columns.append(
-                    Column(key, values[key], tuple(field.cells), field.unit, symbols, hidden, size)
-                )
+                cells = tuple(field.cells)
+                columns.append(Column(key, values[key], cells, field.unit, symbols, hidden, size))
         own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"
         title = f"the motion: 1, 2, 3 are the axes x, y, z of {own}, which turn with it"
         return Table("trajectory", title, tuple(columns), data=True)

@@ -33,13 +33,11 @@ def omega(motion: Trajectory, samples: Table) -> Picture:
     t, turning = (_column(samples, key) for key in ("t", "omega"))
     panels, names = [], ("ω₁", "ω₂", "ω₃")
     for group in _groups(turning.values):
-        marks = (
-            Mark("line", np.column_stack([t.values, turning.values[:, k]]), names[k], style=k) for k in group
-        )
+        curves = (np.column_stack([t.values, turning.values[:, k]]) for k in group)
+        marks = [Mark("line", curve, names[k], style=k) for k, curve in zip(group, curves, strict=True)]
         name = ", ".join(names[k] for k in group)
-        panels.append(
-            Panel((PictureAxis("t", unit=t.unit), PictureAxis(name, unit=turning.unit)), tuple(marks))
-        )
+        rulers = PictureAxis("t", unit=t.unit), PictureAxis(name, unit=turning.unit)
+        panels.append(Panel(rulers, tuple(marks)))
     return Picture("omega", "angular velocity along the axes of the body", tuple(panels))
 
 

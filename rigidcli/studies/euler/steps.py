@@ -52,9 +52,8 @@ def _torque(problem: InitialValueProblem) -> tuple[list[Node], str]:
     in_space = isinstance(own, SpaceTorque)
     if in_space or any(len(reading(total(part))) > LONGEST for part in parts):
         listed = ", ".join(reading(bound(root, constants)) for root, constants in formulas)
-        words += (
-            f" N1, N2, N3 are the components along e1, e2, e3 of the torque ({listed}), which is given by "
-        )
+        words += f" N1, N2, N3 are the components along e1, e2, e3 of the torque ({listed}),"
+        words += " which is given by "
         words += "components in space." if in_space else "components along x, y, z, like w1, w2, w3 in it."
         parts = [[Name(f"N{k}")] for k in (1, 2, 3)]
     return [total([*along, *part]) for along, part in zip(terms, parts, strict=True)], words

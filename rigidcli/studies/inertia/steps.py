@@ -37,9 +37,7 @@ def steps(document: Document, asked: Array) -> Iterator[Step]:
         parts = [part.properties(n) for part in body.parts]
         names = [part.name or getattr(part, "shape", None) or "part" for part in body.parts]
         # Parts of the same name are numbered by their places.
-        names = [
-            f"{name} ({place})" if names.count(name) > 1 else name for place, name in enumerate(names, 1)
-        ]
+        names = [f"{name} ({k})" if names.count(name) > 1 else name for k, name in enumerate(names, 1)]
         signs = [-1 if part.hole else 1 for part in body.parts]
         masses = [sign * (part.mass or 0) for sign, part in zip(signs, parts, strict=True)]
         yield _center(names, masses, [part.com_from(0 * part.com) for part in parts], whole, n)
@@ -205,9 +203,8 @@ def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmet
         limits.append((name, turn))
     place, rho, measure = placed(density, chart, symbols)
     element = n.tidied(rho * measure)
-    spans = [
-        Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Arc)
-    ]
+    angles = ((name, turn) for name, turn in limits if isinstance(turn, Arc))
+    spans = [Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in angles]
     units = [name for name, turn in limits if not isinstance(turn, Arc)]
     few = "" if chart.simplex == len(units) else f" {' and '.join(units[-chart.simplex :])}"
     simplex = f",{few} together at most 1" if chart.simplex else ""
@@ -227,9 +224,8 @@ def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Fie
     offset = n.tidy(part.com_from(point))
     yield Field("", part.mass, "mass", "M", "kg")
     yield Field("", offset, "d, from O to the centre of mass", r"\mathbf{d}", "m")
-    yield Field(
-        "", n.tidy(part.tensor), "tensor about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"
-    )
+    symbol = r"\mathbf{I}_\mathrm{cm}"
+    yield Field("", n.tidy(part.tensor), "tensor about the centre of mass", symbol, "kg m^2")
     if any(component != 0 for component in offset):
         title, symbol = "M (d^2 1 - d d^T)", r"M (d^2 \mathbf{1} - \mathbf{d} \mathbf{d}^\mathsf{T})"
         yield Field("", n.tidy(part.mass * tensor.point_tensor(offset)), title, symbol, "kg m^2")
