@@ -16,11 +16,12 @@ from typing import Any, TypeAlias
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
-from rigidcli.errors import DocumentError, Problem, UsageError, guess, shown
+from rigidcli.errors import DocumentError, Problem, UsageError, shown
 from rigidcli.homework import Feedback
 from rigidcli.report import Report
 from rigidcli.result import Result
 from rigidcli.studies.common import RESULTS
+from rigidcli.suggestions import guess
 
 # The help of a study. The help of the package tells its options.
 HELP = """{about}
@@ -89,7 +90,7 @@ def validate(document: Source, *, exact: bool = False, settings: Settings = ()) 
 
 @contextmanager
 def _in_python() -> Iterator[None]:
-    """A context in which the problems of a document are told as those of its source in Python."""
+    """A context in which a DocumentError names settings and lines as Python has them, not the command."""
     try:
         yield
     except DocumentError as error:
@@ -98,27 +99,24 @@ def _in_python() -> Iterator[None]:
 
 def _placed(error: DocumentError) -> list[Problem]:
     """The problems of a document; a mapping has no lines."""
-
-    def placed(problem: Problem) -> Problem:
+    placed = []
+    for problem in error.problems:
         name = problem.source.removeprefix(MAPPING).replace("with --set", "with settings")
-        return problem if name == problem.source else replace(problem, source=name.lstrip(), line=None)
-
-    return [placed(problem) for problem in error.problems]
+        is_own = name == problem.source
+        placed.append(problem if is_own else replace(problem, source=name.lstrip(), line=None))
+    return placed
 
 
 def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str] = ()) -> Document:
     """The document of a source. Raises UsageError for a setting that nothing uses."""
-    document = read_source(source, exact, _texts(settings))
+    if isinstance(settings, Mapping):
+        settings = [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]
+    texts = [settings] if isinstance(settings, str) else settings
+    document = read_source(source, exact, texts)
     for path in document.draft.changed if settings else ():
         if path[0] in ignored or (path[0] == "parameters" and path[-1] in document.unused):
             raise UsageError(f"settings: nothing uses `{'.'.join(map(str, path))}`")
     return document
-
-
-def _texts(settings: Settings) -> Sequence[str]:
-    if not isinstance(settings, Mapping):
-        return [settings] if isinstance(settings, str) else settings
-    return [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]
 
 
 inertia, axes, precess, euler, hamilton = map(_study, ("inertia", "axes", "precess", "euler", "hamilton"))

@@ -7,7 +7,7 @@ that says what to do about it.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Self, TypeAlias
@@ -182,8 +182,14 @@ def shortened(text: str, most: int = 200) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
+MOST_LISTED = 20  # the most names that a message lists: two lines of them
 LONGEST_SHOWN = 60  # the most characters of a value that a message repeats, so that it fits on a line
-MOST_WORDS_COMPARED = 200  # the most words in which a similar one is searched: it takes 5 ms
+
+
+def first_few(texts: Sequence[str], show: Callable[[str], str] = str) -> str:
+    """As many of some texts as a message has room for, and how many more there are."""
+    more = f" and {len(texts) - MOST_LISTED} more" if len(texts) > MOST_LISTED else ""
+    return ", ".join(map(show, texts[:MOST_LISTED])) + more
 
 
 def shown(raw: object) -> str:
@@ -210,29 +216,3 @@ def in_yaml(value: object) -> str:
 def with_article(noun: str) -> str:
     """The noun after `a` or `an`: `a mass`, `an angle`."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
-
-
-def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
-    """The word that was probably meant, if one is at least `cutoff` alike (1 is equal)."""
-    import difflib
-
-    if len(words) > MOST_WORDS_COMPARED:
-        return None
-    plain, folded = word.casefold(), {other.casefold(): other for other in words}
-
-    def unlike(other: str) -> tuple[float, int]:
-        # Of equally alike words, one of nearly the same length is nearest: com, not corner, for con.
-        return -difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain))
-
-    near = difflib.get_close_matches(plain, folded, cutoff=cutoff)
-    return folded[min(near, key=unlike)] if near else None
-
-
-def did_you_mean(meant: str | None) -> str:
-    """The end of a message that proposes a word: ` (did you mean mass?)`; empty without one."""
-    return "" if meant is None else f" (did you mean {meant}?)"
-
-
-def guess(word: str, words: Iterable[str]) -> str:
-    """The end of a message on a wrong `word`, which proposes the nearest one of the right `words`."""
-    return did_you_mean(nearest(word, list(words)))

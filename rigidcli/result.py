@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigidcli.errors import RigidError, UsageError, guess
-from rigidcli.report import Report, Table, single_cells
+from rigidcli.errors import RigidError, UsageError
+from rigidcli.report import Report, single_cells
+from rigidcli.suggestions import guess
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,8 +58,17 @@ class Result(Report):
     def _repr_html_(self) -> str:
         from rigidcli.render import Look
         from rigidcli.render.html import fragment
+        from rigidcli.render.plots import has_library
+        from rigidcli.studies.pictures import ANY
 
-        return fragment(self._as_seen(), Look())
+        # The replay of a motion and a picture are made when they are seen: most results never are. A result
+        # whose study cannot be repeated, for a file of points is gone, is seen without them.
+        shown: Report = self
+        if self._again is not None:
+            with suppress(RigidError):
+                seen = self._again(picture=ANY if has_library("drawing") else None)
+                shown = replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
+        return fragment(shown, Look())
 
     def _repr_latex_(self) -> str:
         from rigidcli.render import Look
@@ -76,7 +87,10 @@ class Result(Report):
             import pandas as pd
         except ImportError:
             raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
-        chosen = self.data if table is None else self._table(table)
+        chosen = self.data if table is None else next((t for t in self.tables if t.key == table), None)
+        if table is not None and chosen is None:
+            names = ", ".join(f"`{each.key}`" for each in self.tables) or "none"
+            raise UsageError(f"there is no table `{table}` here", hint=f"the tables are {names}")
         if chosen is None:
             from rigidcli.render.values import row_of
 
@@ -103,27 +117,3 @@ class Result(Report):
         if not seen.pictures:
             raise UsageError("there is no picture here")
         Path(path).write_bytes(picture_file(seen, os.fspath(path)))
-
-    def _as_seen(self) -> Report:
-        """The result with the replay of a motion and a picture, for a page.
-
-        They are made when they are seen, as most results never are. A result whose study cannot be repeated,
-        for a file of points is gone, is seen without them.
-        """
-        from rigidcli.render.plots import has_library
-        from rigidcli.studies.pictures import ANY
-
-        if self._again is None:
-            return self
-        try:
-            seen = self._again(picture=ANY if has_library("drawing") else None)
-        except RigidError:
-            return self
-        return replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
-
-    def _table(self, name: str) -> Table:
-        for table in self.tables:
-            if table.key == name:
-                return table
-        names = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
-        raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {names}")

@@ -1,4 +1,4 @@
-"""Which form of body is meant: a shape by its name or a word for it, others by the key that tells them."""
+"""Which form of body is meant: a shape by its name or a word for it, any other form by its key."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import ValidationInfo
 
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.shapes import SHAPES, MadeWhenAsked, Shape
-from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.section import Section, SectionChoice, by_key, refuse
 from rigidcli.fields.words import (
     RELATIVES,
@@ -24,6 +24,7 @@ from rigidcli.fields.words import (
     shapes_called,
     with_colon,
 )
+from rigidcli.suggestions import did_you_mean, nearest
 
 _CLASSES = {
     "points": "points.PointMasses",
@@ -64,7 +65,7 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
     called = [word] if word in SHAPES else [shape for shape in shapes_called(word) if shape in SHAPES]
     if not called:
-        near = nearest(word, list(SHAPES))
+        near = nearest(word, SHAPES)
         return SHAPES[near] if near else None, ValueProblem(not_one_of(name, list(SHAPES)))
     called += [relative for shape in called for relative in RELATIVES.get(shape, "").split()]
     best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
@@ -82,7 +83,7 @@ def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
 
 
 def _instead_of(raw: object) -> str | None:
-    """How a body is written in place of a text or a list; None for what may be a body, or is told later."""
+    """How to write a body that stands as a text or a list; None for what may be one, or is refused later."""
     if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
         if (call := re.fullmatch(r"\s*(\w+)\((.*)\)\s*", raw)) and call[1] in SHAPES:
             return f"write `{{shape: {call[1]}, {re.sub(r' *= *', ': ', call[2])}}}`"

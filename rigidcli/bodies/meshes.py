@@ -49,9 +49,7 @@ class Mesh(Form):
     mesh: Annotated[FileName, AfterValidator(_enclosing)] = Field(
         description="An .stl, .obj, .off, .ply or .glb file, beside the document"
     )
-    scale: Scale | None = Field(
-        default=None, description="The unit of the file's coordinates; 1 m if not given"
-    )
+    scale: Scale | None = Field(default=None, description="The unit of the file's coordinates; default 1 m")
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: Annotated[Scalar | BoundExpression, Density(DENSITY, "positive")] | None = Field(
         default=None, description="A number (kg/m^3), or an expression in x, y, z, r, s of the file"
@@ -67,9 +65,8 @@ class Mesh(Form):
             notes = [*self.checked.notes]
             if self.scale is None and self._largest > LARGEST_IN_METRES:
                 meant = "`scale: 0.001` says so, and `scale: 1` that they are metres"
-                notes.append(
-                    f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? {meant}"
-                )
+                long = f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres?"
+                notes.append(f"{long} {meant}")
             env.log.note(*(f"{self.mesh}: {note}" for note in notes))
         return self
 
@@ -160,6 +157,7 @@ class Mesh(Form):
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
         surface, unit = self.checked.surface, self.unit
+        guess = f"{'m' if self._largest <= LARGEST_IN_METRES else 'mm'}, a guess by the size"
         return {
             "triangles": surface.triangles,
             "components": self.checked.components,
@@ -168,13 +166,8 @@ class Mesh(Form):
             "volume": self.volume,
             "area": surface.area * unit**2,
             "bounding_box": surface.box * unit,
-            "unit": self._unit_guess(),
+            "unit": guess if self.scale is None else f"{unit:g} m",
         }
-
-    def _unit_guess(self) -> str:
-        if self.scale is not None:
-            return f"{self.unit:g} m"
-        return f"{'m' if self._largest <= LARGEST_IN_METRES else 'mm'}, a guess by the size"
 
     @property
     def _largest(self) -> float:

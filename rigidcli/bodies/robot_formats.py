@@ -27,8 +27,8 @@ from xml.parsers import expat
 
 import numpy as np
 
-from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight, listed
-from rigidcli.errors import DocumentError, Problem, ValueProblem, shortened, shown
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight
+from rigidcli.errors import DocumentError, Problem, ValueProblem, first_few, shortened, shown
 from rigidcli.fields.texts import read_text
 from rigidcli.language.tokens import NUMERAL
 
@@ -350,7 +350,7 @@ SAVED = (
 ROUNDED = 1e-12  # the relative error of a principal moment that is worked out from `fullinertia`
 # Elements from which MuJoCo makes bodies that are not written in the file.
 REPEATING = ("attach", "composite", "flexcomp", "replicate")
-# The attributes that turn a frame, at most one of which may stand, and how many numbers they have.
+# The attributes that turn a frame, and how many numbers each has; at most one of them may stand.
 WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
 
 
@@ -393,9 +393,8 @@ def _require_as_written(compiler: Element, root: Element) -> None:
             written = {"boundmass": float(element.numbers("mass", 1)[0]), "boundinertia": least}
             changing += [key for key, bound in bounds.items() if written[key] < bound]
     for key in changing:
-        raise compiler.refusal(
-            f"`{key}` lets MuJoCo change masses and tensors, expected them as they are written", SAVED
-        )
+        message = f"`{key}` lets MuJoCo change masses and tensors, expected them as they are written"
+        raise compiler.refusal(message, SAVED)
 
 
 def _moments(element: Element) -> list[Any]:
@@ -514,7 +513,7 @@ def one_link(path: Path, name: str | None) -> Link:
     links = robot.links
     named = [link for link in links if (not link.without if name is None else link.name == name)]
     if not named or (name is None and len(named) > 1):
-        weighed = listed([link.name for link in links if not link.without])
+        weighed = first_few([link.name for link in links if not link.without])
         read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
         raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")
     link = named[-1]  # of two links of one name, the second one has a problem

@@ -15,7 +15,6 @@ Body: TypeAlias = dict[str, Any]  # a form of body, as the section `body` of a d
 Weight: TypeAlias = dict[str, Any]
 # The entries of a tensor, in the order in which URDF and SDF write them.
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-LISTED = 20  # the most links that a message lists
 NO_MASS = "no mass"  # why a link has no mass properties, in most cases
 
 
@@ -56,12 +55,6 @@ class Robot(NamedTuple):
     links: Sequence[Link]
     notes: Sequence[str] = ()
     cure: str | None = None
-
-
-def listed(names: Sequence[str]) -> str:
-    """The names of links, as many as a message has room for."""
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return ", ".join(names[:LISTED]) + more
 
 
 def is_robot(path: str) -> bool:

@@ -41,12 +41,12 @@ def _kind(typed: str) -> str:
     if typed in NAMES:
         return typed
     from rigidcli.bodies.shapes import SHAPES
-    from rigidcli.errors import did_you_mean, nearest
     from rigidcli.fields.words import SHAPES_BY_WORD, STARTERS, folded
+    from rigidcli.suggestions import did_you_mean, nearest
 
     word = folded(typed)
     shape = word if word in SHAPES else SHAPES_BY_WORD.get(word, (None,))[0]
-    near = STARTERS.get(word, ("shape" if shape else nearest(word, list(Kind)),))[0]
+    near = STARTERS.get(word, ("shape" if shape else nearest(word, Kind),))[0]
     message = f"read {shown(typed)}, expected one of {', '.join(NAMES)}{did_you_mean(near)}"
     if shape is not None and near == "shape":
         message += f"; write `rigidcli new shape`, and in it `shape: {shape}`"

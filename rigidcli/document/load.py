@@ -7,6 +7,7 @@ import os
 import pathlib
 import random
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
-from rigidcli.bodies.robots import is_robot, listed
+from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
@@ -30,6 +31,7 @@ from rigidcli.errors import (
     UsageError,
     ValueProblem,
     at,
+    first_few,
     in_yaml,
     shown,
 )
@@ -50,6 +52,7 @@ TOP_KEYS = tuple(Document.model_fields)  # the keys at the top of a document
 SECTIONS_READ_ALONE = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
 # The most links of a robot, which take two seconds to read as documents; the largest robots have 200.
 MOST_LINKS = 1000
+LONGEST_CURE = 200  # the most characters of a document that a hint writes out
 # A mark of the text of a document, which the path to a file does not contain.
 _TEXT = re.compile(r"\n|:\s|\{")
 
@@ -101,7 +104,7 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         tree = {"name": link.name, "body": link.body}
         links.append(Draft(link.source, tree, text, lines, folder, link=link, **options))
     notes = [
-        f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
+        f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {first_few(names)}"
         for reason, names in without.items()
     ]
     masses = [link.body["mass"] for link in robot.links if link.body is not None]
@@ -186,11 +189,14 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         raise DocumentError([draft.link.problem])
     given = draft.settled.changed_by(swept, SWEEP)
     if not isinstance(given.tree, dict):
-        raise DocumentError([given.problem(_no_mapping(given.tree))])
+        raise DocumentError([given.problem(_no_mapping(given))])
     exact = given.exact or given.has_symbols
     if swept and not exact:
         rest = _without(draft, *(text.partition("=")[0] for text in swept))
-        return _document(given, exact) if rest is None else _at_point(given, rest)
+        if rest is None:
+            return _document(given, exact)
+        kept = {key: own for key, own in vars(rest).items() if key in given.tree and isinstance(own, Section)}
+        return _validated(given, given.tree | kept, rest.environment.copied(), [], rest)
     document, positive = _document(given, exact), frozenset[str]()
     while not document.environment.positive <= positive:
         # Symbols that stand for masses and lengths are positive: with this knowledge it is read again.
@@ -215,8 +221,14 @@ def _without(draft: Draft, *paths: str) -> Document | None:
     return None
 
 
-def _no_mapping(tree: object) -> ValueProblem:
-    hint, cure = "`rigidcli new` prints a document to start from", None
+def _no_mapping(draft: Draft) -> ValueProblem:
+    tree, hint, cure = draft.tree, "`rigidcli new` prints a document to start from", None
+    with suppress(tomllib.TOMLDecodeError):
+        sections = tomllib.loads(draft.text)
+        if any(isinstance(section, dict) for section in sections.values()):
+            written = in_yaml(sections)
+            hint = f"write `{written}`" if len(written) <= LONGEST_CURE else hint
+            return ValueProblem("this is TOML, expected YAML", hint=hint)
     if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
         hint = "the keys of a document begin without dashes"
     elif isinstance(tree, str) and (cure := with_colon(tree)):
@@ -234,10 +246,8 @@ def _document(
     """
     tree, parameters, problems = _with_parameters(draft.tree)
     # A system alone keeps its expressions symbolic, and its numbers are floats.
-    is_system = tree.get("system") is not None and all(
-        tree.get(key) is None for key in ("body", "top", "tide")
-    )
-    n = arithmetic_for(exact and not is_system)
+    is_alone = all(tree.get(key) is None for key in ("body", "top", "tide"))
+    n = arithmetic_for(exact and not (is_alone and tree.get("system") is not None))
     env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
     if parameters is not None:
         from rigidcli.document.parameters import read_parameters
@@ -274,13 +284,6 @@ def _with_parameters(tree: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any, l
             rest = {key: value for key, value in section.items() if key not in strays}
             tree = {**tree, "system": rest} if path else rest
     return tree, parameters, problems
-
-
-def _at_point(draft: Draft, rest: Document) -> Document:
-    kept = {
-        key: value for key, value in vars(rest).items() if key in draft.tree and isinstance(value, Section)
-    }
-    return _validated(draft, draft.tree | kept, rest.environment.copied(), [], rest)
 
 
 def _validated(

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.form import EulerSequence, Quaternion, Rotation
+from rigidcli.core import precession
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
@@ -231,21 +232,29 @@ class Perturber(Section):
         default=0, validate_default=True, description="Angle from the plane of zero obliquity to the orbit"
     )
 
+    @property
+    def pull(self) -> Scalar:
+        """The gravitational parameter G m (m^3/s^2)."""
+        return self.gm if self.gm is not None else precession.gravitational_parameter(self.mass or 0)
+
 
 class Tide(Section):
     """A spinning planet, and the bodies that pull at its bulge."""
 
     ONE_OF: ClassVar = ("moments", "ellipticity")
 
-    obliquity: PolarAngle = Field(
-        description="Angle between the spin and the normal of the orbits' plane (rad)"
-    )
+    obliquity: PolarAngle = Field(description="Angle of the spin from the normal of the orbits' plane (rad)")
     spin: AngularVelocity = Field(description="Angular velocity of the planet about its axis")
     moments: Moments | None = optional("Principal moments A, B, C, the last about the spin")
     ellipticity: Ellipticity | None = optional("(C - A)/C; A is the mean of the moments across the spin")
     perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
         description="The bodies that pull at the bulge"
     )
+
+    @property
+    def bulge(self) -> Scalar:
+        """(C - A)/C, with the mean A of the moments across the spin."""
+        return precession.ellipticity(self.moments) if self.moments is not None else self.ellipticity or 0
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
@@ -256,8 +265,7 @@ class Tide(Section):
         for index, largest in enumerate(moments):
             others = sum(moments[:index] + moments[index + 1 :])
             if n.sign(others - largest) == -1:
-                message = (
-                    f"{n.size(largest):.6g} > {n.size(others):.6g}, the sum of the others: no body has these"
-                )
+                sums = f"{n.size(largest):.6g} > {n.size(others):.6g}, the sum of the others"
+                message = f"{sums}: no body has these"
                 raise ValueProblem(message, path=("moments", index))
         return self

@@ -9,14 +9,15 @@ from decimal import Decimal
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
-from rigidcli.errors import ExpressionError, Path, ValueProblem, at, did_you_mean, gathered, nearest, shown
-from rigidcli.fields.environment import Environment, Parameter
+from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, shown
+from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import refuse
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
 from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import Constant, Name
 from rigidcli.language.words import CONSTANTS, RESERVED
+from rigidcli.suggestions import did_you_mean, nearest
 
 _T = TypeVar("_T")
 
@@ -36,15 +37,15 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
     it. With floats, such a parameter and all that depend on it stay without a value.
     """
     if not isinstance(raw, Mapping):  # its names are not reported as undeclared, too
-        env.declared = {name: Parameter() for name in _NAME.findall(str(raw))}
+        env.declare(_NAME.findall(str(raw)))
         return []
     n = env.arithmetic
     raw, slips = bracketed(raw)
     spelling, problems = read_names(raw, has_time=has_time)
     problems += slips
-    parameters = env.declared = {name: Parameter() for name in spelling}
     env.nameless = raw.keys() - spelling.values()
-    parameters |= {name: Parameter() for key in env.nameless for name in _NAME.findall(key)}
+    env.declare([*spelling, *(name for key in env.nameless for name in _NAME.findall(key))])
+    parameters = env.declared
     uses: dict[str, frozenset[str]] = {}
     for name, key in spelling.items():
         with gathered(problems, key):
@@ -168,9 +169,8 @@ def read_name(key: object, *, has_time: bool = True) -> str:
         what = _RESERVED_FOR.get(root.name, "a function")
         raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):
-        hint = (
-            f"write `{with_colon(key)}`" if isinstance(key, str) and "=" in key and with_colon(key) else None
-        )
+        cure = with_colon(key) if isinstance(key, str) and "=" in key else None
+        hint = cure and f"write `{cure}`"
         if isinstance(key, str) and (applied := re.match(r"\s*(\w+)\s*\(", key)):
             hint = f"write `{applied[1]}`, without an argument"
         message = f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first"

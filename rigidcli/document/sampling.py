@@ -171,9 +171,7 @@ class Sampling(Section):
     samples: Samples | None = optional("Number of samples, evenly spaced in time (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
     times: Times | None = optional("Times of the samples, ascending")
-    tolerance: Tolerance | None = optional(
-        "Relative error of a step of numerical integration (default 1e-12)"
-    )
+    tolerance: Tolerance | None = optional("Relative error of a step of integration (default 1e-12)")
     max_step: Duration | None = optional("The longest step of the integration (s)")
 
     @model_validator(mode="after")

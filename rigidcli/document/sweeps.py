@@ -17,11 +17,12 @@ from typing import Any, NamedTuple
 
 from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.yaml_reader import read_value
-from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, shown
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for, finite
 from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.units import exact_text
 from rigidcli.language.tree import Number
+from rigidcli.suggestions import guess
 
 # The ways to write values, for messages.
 FORMS_OF_VALUES = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"

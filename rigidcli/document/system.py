@@ -29,9 +29,9 @@ from rigidcli.document.phase_space import (
     velocity,
 )
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
-from rigidcli.errors import ValueProblem, shown, with_article
+from rigidcli.errors import MOST_LISTED, ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, POWER, Dimension
-from rigidcli.fields.environment import LONGEST_LIST, Environment
+from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, worked_out
 from rigidcli.fields.section import SHARED_SCHEMA, ReadBy, Reader, Section, environment, optional
 from rigidcli.fields.words import variable_called, with_colon
@@ -261,9 +261,7 @@ class System(Section):
     coordinates: Coordinates = Field(
         description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
     )
-    functions: Functions = optional(
-        "Functions without a formula; the derivative of V(x) is written dV_dx(x)", ()
-    )
+    functions: Functions = optional("Functions without a formula; the derivative of V(x) is dV_dx(x)", ())
     lagrangian: InVelocities | None = optional("L, in coordinates and velocities")
     kinetic: InVelocities | None = optional("T, in coordinates and velocities")
     potential: InVelocities | None = optional("V, in coordinates")
@@ -376,7 +374,7 @@ def _read_event(raw: object, info: ValidationInfo) -> Expression:
         raw, lambda side: env.symbolic(side, None, variables), "where something passes zero", hint
     )
     if variables is not None and whole.names.isdisjoint(variables):
-        moving = ", ".join(variables[:LONGEST_LIST])
+        moving = ", ".join(variables[:MOST_LISTED])
         raise ValueProblem(f"read {shown(raw)}: it never changes, expected a function of {moving}")
     return whole
 

@@ -13,28 +13,28 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, Union
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.errors import (
     LONGEST_SHOWN,
+    MOST_LISTED,
     UNSETTLED,
     ExpressionError,
     ValueProblem,
-    did_you_mean,
-    nearest,
+    first_few,
     shown,
 )
 from rigidcli.fields.dimensions import Dimension, check_dimension, dimension_of, number_of
 from rigidcli.fields.words import SYMBOLIC, variable_called
+from rigidcli.suggestions import did_you_mean, nearest
 
 if TYPE_CHECKING:
     from rigidcli.fields.units import Unit
     from rigidcli.language.expression import Expression
     from rigidcli.language.tree import UnknownFunction
     from rigidcli.language.words import Words
-
-LONGEST_LIST = 20  # the most names that a message lists: two lines of them
 
 
 class Amount(NamedTuple):
@@ -101,9 +101,9 @@ class Environment:
     `places` returns the sections that have a key, "" being the top of the document. Exact results may be
     wanted while numbers are floats. Names of files are relative to the `folder`.
 
-    `declared` are the parameters, each after those that it uses, and `nameless` keys of parameters that are
-    no names. Something uses the parameters in `used`. The symbols in `positive` stand where only a positive
-    number makes sense.
+    `declared` are the parameters, each after those that it uses; `alphabetical` lists their names. `nameless`
+    are keys of parameters that are no names. Something uses the parameters in `used`. The symbols in
+    `positive` stand where only a positive number makes sense. `words` are the known names, by the variables.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -111,11 +111,19 @@ class Environment:
     exact_results: bool = False
     places: Callable[[], Mapping[str, Sequence[str]]] = dict
     declared: dict[str, Parameter] = field(default_factory=dict)
+    alphabetical: Sequence[str] = ()
     nameless: set[str] = field(default_factory=set)
     used: set[str] = field(default_factory=set)
     positive: set[str] = field(default_factory=set)
     names: SystemNames = field(default_factory=SystemNames)
     log: Log = field(default_factory=Log)
+    words: dict[tuple[str, ...], Words] = field(default_factory=dict)
+
+    def declare(self, names: Iterable[str]) -> None:
+        """Begin anew with these parameters, none of which is read yet."""
+        self.declared = {name: Parameter() for name in names}
+        self.alphabetical = sorted(self.declared)
+        self.words = {}
 
     def copied(self) -> Environment:
         """A copy, so that reading more does not change this one."""
@@ -149,13 +157,13 @@ class Environment:
         from rigidcli.fields.units import quantity_meant, without_separators
         from rigidcli.language.expression import parse
 
+        words = self._words(variables)
         number = text.casefold().lstrip("+-")
-        if number in ("nan", "inf", "infinity") and text not in {*self.declared, *variables}:
+        if number in ("nan", "inf", "infinity") and words.meaning(text) is None:
             raise ValueProblem(f"read {shown(text)}, expected a finite number")
         if marked := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:(\"|\u201d|'')|['\u2019])\s*", text):
-            units = (
-                ("in", "inches", "arcsec", "seconds") if marked[2] else ("ft", "feet", "arcmin", "minutes")
-            )
+            inches, feet = ("in", "inches", "arcsec", "seconds"), ("ft", "feet", "arcmin", "minutes")
+            units = inches if marked[2] else feet
             hint = "write `{0} {1}` for {2}, `{0} {3}` for {4} of arc".format(marked[1], *units)
             raise ValueProblem(f"read {shown(text)}, expected the name of a unit", hint=hint)
         several = without_separators(text)
@@ -165,7 +173,7 @@ class Environment:
             return amount
 
         def is_known(reading: Expression) -> bool:
-            return all(name in self.declared or name in variables for name in reading.names)
+            return all(words.meaning(name) for name in reading.names)
 
         def fits(reading: Expression) -> bool:
             try:
@@ -177,7 +185,7 @@ class Environment:
             return False
 
         functions = None if self.names.coordinates is None else self.names.functions
-        expression = parse(text, functions, words_of((*self.declared, *variables)), fits)
+        expression = parse(text, functions, words, fits)
         cure = None if is_known(expression) else quantity_meant(text)
         if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
             hint = f"write `{cure}`"
@@ -202,21 +210,22 @@ class Environment:
         """
         from rigidcli.fields.units import is_unit, split_quantity, unit_of
 
-        if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.nameless):
+        keys = (re.escape(key) for key in self.nameless if key in text)
+        if any(re.search(rf"(?<!\w){key}(?!\w)", text) for key in keys):
             raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
         written = split_quantity(text)
         if written is None:
             return None
         digits, letters, touches = written
         names = _names_in(letters, tuple(self.names.functions.values()))
-        known = {*variables, *self.declared}
-        unknown = frozenset[str]() if names is None else names - known
+        meaning = self._words(variables).meaning
+        unknown = frozenset(name for name in names or () if meaning(name) is None)
         if names is not None and not (names and (unknown == names or all(map(is_unit, names)))):
             return None
         try:
             unit = unit_of(letters, dimension)
         except ValueProblem:
-            if unknown or (names is None and known.isdisjoint(re.findall(r"[^\W\d]\w*", letters))):
+            if unknown or (names is None and not any(map(meaning, re.findall(r"[^\W\d]\w*", letters)))):
                 raise
             return None
         if names is None or unknown:
@@ -228,6 +237,14 @@ class Environment:
             note = f"{shown(digits + letters)} is a product; for the unit write `{digits} {letters}`"
         self.log.note(note)
         return None if touches else Amount(digits, unit)
+
+    def _words(self, variables: tuple[str, ...]) -> Words:
+        """The names of the document for the reader, which takes an unknown name whole."""
+        if variables not in self.words:
+            from rigidcli.language.words import Words
+
+            self.words[variables] = Words((*self.declared, *variables), is_open=True)
+        return self.words[variables]
 
     # --- its value
 
@@ -244,7 +261,10 @@ class Environment:
             number, unit = typed
             if not exact:
                 return float(number) if unit is None else _in_si(str(number), unit)
-            value = _exact(str(number))
+            from rigidcli.algebra.arithmetic import worked_out
+            from rigidcli.language.expression import parse
+
+            value: Any = worked_out(parse(str(number)).root, {})
             return value if unit is None else value * unit.factor * self.arithmetic.pi**unit.pi_power
         names = typed.names
         self._use(names)
@@ -306,9 +326,8 @@ class Environment:
         inside = names_of(typed) & {*variables}
         parameters = names_of(typed) - inside
         for name in sorted(inside & self.declared.keys()):
-            raise ExpressionError(
-                f"`{name}` is a parameter, and a variable of the motion", hint="rename the parameter"
-            )
+            message = f"`{name}` is a parameter, and a variable of the motion"
+            raise ExpressionError(message, hint="rename the parameter")
         self._use(parameters, variables)
         if not inside:
             from rigidcli.language.expression import parse
@@ -371,16 +390,15 @@ class Environment:
             if variables and name in self.names.meanings:
                 message = f"`{name}` is {self.names.meanings[name]}, which cannot stand here"
                 return ExpressionError(message, hint=f"variables here: {', '.join(variables)}")
-        declared = sorted(self.declared)
         spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
-        near = spelled.get(names[0]) if spelled else nearest(names[0], [*variables, *declared])
-        also = [f"variables here: {_listed(variables, str)}"] if variables else []
+        near = spelled.get(names[0]) if spelled else nearest(names[0], chain(variables, self.alphabetical))
+        also = [f"variables here: {first_few(variables)}"] if variables else []
         if len(names) > 1:
             also += [f"`{name}` is spelled `{meant}`" for name, meant in spelled.items()]
         no_names = (*spelled, "dt", "e", *SYMBOLIC, "None")
         new = [name for name in names if name not in no_names and len(name) <= LONGEST_SHOWN]
         if new and near is None:
-            values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
+            values = ", ".join(f"{name}: null" for name in new[:MOST_LISTED])
             also.append(f"a symbol, or a name for a value, is declared by `parameters: {{{values}}}`")
         if {"e", "E"} & set(names):
             also.append("e to a power is written `exp(...)`")
@@ -389,8 +407,8 @@ class Environment:
         if is_unit(names[0]):
             also.append(f"a quantity in {shown(names[0])} stands alone, or is a parameter: `b: 2 {names[0]}`")
         return ExpressionError(
-            f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}{did_you_mean(near)}",
-            hint="; ".join([f"declared parameters: {_listed(declared)}", *also]),
+            f"undeclared name{'s' if len(names) > 1 else ''} {first_few(names, shown)}{did_you_mean(near)}",
+            hint="; ".join([f"declared parameters: {first_few(self.alphabetical, shown) or 'none'}", *also]),
         )
 
 
@@ -408,14 +426,6 @@ def finite(raw: float | int | str | Decimal) -> float:
 def names_of(typed: Typed) -> frozenset[str]:
     """The names in an expression; none in a number or a quantity."""
     return frozenset() if isinstance(typed, Amount) else typed.names
-
-
-@lru_cache(maxsize=64)
-def words_of(names: tuple[str, ...]) -> Words:
-    """The names of a document, for the reader; an unknown name is taken whole."""
-    from rigidcli.language.words import Words
-
-    return Words(names, is_open=True)
 
 
 def arithmetic_for(exact: bool) -> Arithmetic:
@@ -442,15 +452,3 @@ def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[st
         return parse(text, {str(function): function for function in functions}).names
     except ExpressionError:
         return None
-
-
-def _exact(digits: str) -> Any:
-    from rigidcli.algebra.arithmetic import worked_out
-    from rigidcli.language.expression import parse
-
-    return worked_out(parse(digits).root, {})
-
-
-def _listed(names: Sequence[str], show: Callable[[str], str] = shown) -> str:
-    more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
-    return (", ".join(map(show, names[:LONGEST_LIST])) or "none") + more

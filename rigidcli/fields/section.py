@@ -31,18 +31,10 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
-from rigidcli.errors import (
-    LONGEST_SHOWN,
-    UNKNOWN_KEY,
-    Path,
-    ValueProblem,
-    did_you_mean,
-    in_yaml,
-    nearest,
-    shown,
-)
+from rigidcli.errors import LONGEST_SHOWN, UNKNOWN_KEY, Path, ValueProblem, in_yaml, shown
 from rigidcli.fields import words
 from rigidcli.fields.environment import Environment
+from rigidcli.suggestions import did_you_mean, nearest
 
 # A key with a unit behind it: `side_cm`, `side (cm)`.
 _WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
@@ -208,7 +200,7 @@ def _put(tree: dict[Any, Any], path: Path, value: object) -> bool:
 
 
 def unknown_key(meant: str, hint: str | None = None) -> ValueProblem:
-    """The problem of a key in place of which another one is meant."""
+    """The problem of a key that is written for the key `meant`."""
     return ValueProblem(f"unknown key{did_you_mean(meant)}", hint=hint, meant=(meant,))
 
 
@@ -290,7 +282,7 @@ class ReadBy(Reader):
 class Alternative:
     """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
 
-    `value` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
+    `value` makes the value of the field from such an entry; `schema` is the JSON Schema of the entry.
     """
 
     otherwise: Any
@@ -364,7 +356,7 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
                 raise ValueProblem("unknown key", path=(key,), hint=hint)
         called = [name for name, *_ in words.lists_meant(raw, forms)]
         called += [name for key in raw for name in words.keys_called(key) if name in forms]
-        guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
+        guess = next((name for name in (*called, *(nearest(key, forms) for key in raw)) if name), None)
         if guess is not None and not present:
             return forms[guess]  # which tells what is wrong with its keys
         raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}")

@@ -31,6 +31,7 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension, check_dimension
 from rigidcli.fields.words import NO_UNITS, UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
+from rigidcli.suggestions import question
 
 LONGEST_UNIT = 200  # the most characters of a unit: far more than any has, and read at once
 HIGHEST_POWER_OF_UNIT = 12  # the largest power in a unit: no law of mechanics has one beyond it
@@ -148,35 +149,21 @@ def _defined(name: str, definition: str) -> Unit:
     return Unit(name, factor, pi_power, DIMENSIONLESS).times(parse_unit(units))
 
 
-def _named(name: str) -> Unit:
-    if name in NO_UNITS:
-        reason, _, hint = NO_UNITS[name].partition(": ")
-        raise ValueProblem(f"`{name}` {reason}", hint=hint)
-    unit = _from_table(name)
-    if unit is None:
-        raise ValueProblem(f"unknown unit `{name}`", hint=_hint_for(name))
-    return unit
-
-
 @lru_cache(maxsize=128)
 def _hint_for(name: str) -> str:
     stem = name.rstrip("0123456789")
     if stem != name and _from_table(stem):
         return f"write a power as `{stem}^{name.removeprefix(stem)}`"
-    if same := [unit for unit in known_names() if unit.lower() == name.lower()]:
-        return f"case matters, did you mean {_listed(same)}?"
+    if same := [f"`{unit}`" for unit in known_names() if unit.lower() == name.lower()]:
+        return f"case matters, {question(*same)}"
     if folded(name) in UNITS_BY_WORD:
         return f"write `{UNITS_BY_WORD[folded(name)][0]}`"
     near = get_close_matches(name, known_names(), cutoff=0.7)
     if product := re.fullmatch(r"(k?g|[km]?N)([ckm]?m)", name):  # products that are often written as one word
         near = [" ".join(product.groups())]
     if near:
-        return f"did you mean {_listed(near)}?"
+        return question(*(f"`{unit}`" for unit in near))
     return "units are those of the SI with their prefixes, and others of mechanics, `rigidcli explain units`"
-
-
-def _listed(texts: list[str]) -> str:
-    return " or ".join(f"`{text}`" for text in texts)
 
 
 # --- reading
@@ -226,7 +213,12 @@ def _factor(tokens: deque[str]) -> Unit:
         if tokens.popleft() != ")":
             raise ValueProblem("a parenthesis is not closed in a unit")
     elif head == "1" or head[:1].isalpha():
-        unit = _named(head)
+        if head in NO_UNITS:
+            reason, _, hint = NO_UNITS[head].partition(": ")
+            raise ValueProblem(f"`{head}` {reason}", hint=hint)
+        if (found := _from_table(head)) is None:
+            raise ValueProblem(f"unknown unit `{head}`", hint=_hint_for(head))
+        unit = found
     else:
         raise _unexpected(head)
     if len(tokens[0]) > 1 and tokens[0][0] in "^*":

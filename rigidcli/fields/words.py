@@ -11,7 +11,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from rigidcli.errors import ValueProblem, did_you_mean, in_yaml, nearest, shown
+from rigidcli.errors import ValueProblem, in_yaml, shown
+from rigidcli.suggestions import did_you_mean, nearest
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 # The kind of a row, a name of the documents, and words that may stand for it.
@@ -261,7 +262,7 @@ def key_slip(key: str, keys: Collection[str]) -> ValueProblem | None:
 def not_one_of(raw: object, words: Sequence[str]) -> str:
     """The message for a value that is none of the `words`."""
     called = [key for key in keys_called(raw) if key in words] if isinstance(raw, str) else []
-    near = called[0] if called else nearest(raw, list(words)) if isinstance(raw, str) else None
+    near = called[0] if called else nearest(raw, words) if isinstance(raw, str) else None
     if near is not None:
         return f"read {shown(raw)}{did_you_mean(near)}"
     return f"read {shown(raw)}, expected one of {', '.join(words)}"

@@ -18,7 +18,7 @@ from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
 from rigidcli.document.yaml_reader import read_tree
-from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, did_you_mean, guess, shown
+from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
@@ -31,6 +31,7 @@ from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
+from rigidcli.suggestions import did_you_mean, guess
 
 if TYPE_CHECKING:
     from rigidcli.document.document import Document
@@ -160,7 +161,11 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
             variants = Variants(str(assignment.seed), assignment.variants)
     except ValidationError as error:
         problems += [places.problem(each) for each in explain(error)]
-        questions = _sound(tree.get("questions"))
+        # The well-formed questions are read all the same, so that all problems are listed at once.
+        questions, typed = {}, tree.get("questions")
+        for id, question in typed.items() if isinstance(typed, dict) else ():
+            with suppress(ValidationError):
+                questions[id] = Question.model_validate(question)
     folder = Path() if path == STDIN else Path(path).parent
     library = Library(folder, studies, places, {} if variants is None else variants.trials()[0])
     for id, question in questions.items():
@@ -208,15 +213,6 @@ def _answers_as_typed(tree: Any, typed: Any) -> Any:
     if isinstance(tree, list):
         return list(map(_answers_as_typed, tree, typed))
     return tree
-
-
-def _sound(questions: object) -> dict[str, Question]:
-    """The well-formed questions beside others that are not: so all problems are listed at once."""
-    sound = {}
-    for id, question in questions.items() if isinstance(questions, dict) else ():
-        with suppress(ValidationError):
-            sound[id] = Question.model_validate(question)
-    return sound
 
 
 def _remarks(question: Question, kind: AnswerKind, library: Library) -> Iterator[tuple[Keys, str]]:

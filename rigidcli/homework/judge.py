@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rigidcli.errors import guess, printable, shortened, shown
+from rigidcli.errors import printable, shortened, shown
 from rigidcli.fields.texts import safe_name
 from rigidcli.homework.answers import as_typed, capped, folded, read_answers
 from rigidcli.homework.base import (
@@ -35,6 +35,7 @@ from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.variants import words
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
+from rigidcli.suggestions import guess
 
 SECONDS = 2.0  # of the processor that one answer may take, so that others have time, too
 LONGEST_ANSWER = 2000  # characters of an answer that reports repeat
@@ -146,7 +147,13 @@ def text_beside(path: Path, opened: list[Path], name: Tree) -> str:
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     outcome, read = _by_key(item.kind, item.key, answer)
     if outcome.verdict in ("partial", "incorrect"):
-        outcome = _explained(item, outcome, read.value)
+        named = {}
+        for code, key in item.changes:
+            with suppress(Unreadable, ArithmeticError, ValueError):
+                if code not in named and item.kind.is_right(key, read.value):
+                    named[code] = (Finding(code), *item.kind.judge(key, read.value).findings)
+        if len(named) == 1:  # a mistake is named only where no other one explains the answer, too
+            outcome = replace(outcome, findings=named.popitem()[1])
     outcome = _credited(item, outcome)
     for key, credit, message in item.accepted if outcome.verdict != "correct" else ():
         is_it = _by_key(item.kind, key, answer)[0].verdict == "correct"
@@ -169,16 +176,6 @@ def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnsw
         return Unreadable("not_allowed").outcome, read
     except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
         return Outcome.review(f"it cannot be judged ({type(error).__name__})"), read
-
-
-def _explained(item: Item, outcome: Outcome, value: Any) -> Outcome:
-    """The outcome with the one named mistake that explains a wrong answer, if there is exactly one."""
-    named = {}
-    for code, key in item.changes:
-        with suppress(Unreadable, ArithmeticError, ValueError):
-            if code not in named and item.kind.is_right(key, value):
-                named[code] = (Finding(code), *item.kind.judge(key, value).findings)
-    return replace(outcome, findings=named.popitem()[1]) if len(named) == 1 else outcome
 
 
 def _credited(item: Item, outcome: Outcome) -> Outcome:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePath
 
-from rigidcli.errors import printable, shown
+from rigidcli.errors import first_few, printable, shown
 
 # Ends of the names of answer files, in small letters or capitals.
 SUFFIXES = frozenset([".yaml", ".yml", ".json"])
@@ -33,8 +33,7 @@ def may_answer(name: str) -> bool:
 
 def listed(names: Sequence[str]) -> str:
     """Names in a message, short and safe to print."""
-    first, more = ", ".join(shown(printable(name)) for name in names[:20]), len(names) - 20
-    return f"{first} and {more} more" if more > 0 else first
+    return first_few(names, lambda name: shown(printable(name)))
 
 
 def noted(what: str, names: Sequence[str]) -> list[str]:

@@ -8,13 +8,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
-from rigidcli.errors import DocumentError, Problem, guess, shown
+from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.judge import Item
 from rigidcli.homework.names import listed, noted
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.spreadsheets import points_in, read_spreadsheet
+from rigidcli.suggestions import guess
 
 # The columns of a table of scores that a person has given; the last may be missing.
 COLUMNS = ("student", "question", "score", "reason")

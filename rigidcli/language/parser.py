@@ -21,10 +21,11 @@ from contextlib import suppress
 from enum import Enum
 from itertools import product
 
-from rigidcli.errors import ExpressionError, nearest, shortened
+from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language import tree
 from rigidcli.language.tokens import Token, tokenize
 from rigidcli.language.words import ALIASES, CALLED, CONSTANTS, DEFINED, FUNCTIONS, SHORT, Words, unknown
+from rigidcli.suggestions import nearest
 
 # The functions of a text in which none can be declared.
 NO_FUNCTIONS: Mapping[str, tree.UnknownFunction] = {}
@@ -522,11 +523,10 @@ class _Grammar:
     def no_function(self, token: Token) -> ExpressionError:
         """The error for a name that is called like a function."""
         name = token.text[:_SHOWN]
-        near = nearest(name, tuple(FUNCTIONS))
         hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
         if [following.text for following in self.ahead(2)] == ["(", "t"]:
             hint = f"what depends on the time stands without it: write `{name}`"
-        elif near:
+        elif near := nearest(name, FUNCTIONS):
             hint = f"did you mean `{near}`? A product is written `{name}*(...)`"
         elif self.functions is not NO_FUNCTIONS:
             slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)

@@ -10,7 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from rigidcli.errors import ExpressionError, did_you_mean, nearest, shown
+from rigidcli.errors import ExpressionError, shown
+from rigidcli.suggestions import did_you_mean, nearest
 
 
 def table(beside: str, name: str) -> list[list[str]]:
@@ -65,7 +66,6 @@ DEFINED = {
     **dict.fromkeys(("sqr", "square"), ("x**2", "x")),
 }  # fmt: skip
 _QUOTIENTS = ("cot", "sec", "csc")
-
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 

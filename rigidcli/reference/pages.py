@@ -12,8 +12,9 @@ from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
 
-from rigidcli.errors import UsageError, ValueProblem, did_you_mean, nearest, shown
+from rigidcli.errors import UsageError, ValueProblem, shown
 from rigidcli.fields.words import shapes_called
+from rigidcli.suggestions import did_you_mean, nearest
 
 PAGE_WIDTH = 80  # characters in a line of a page, as in the narrowest terminal that people use
 ENTRIES = Path(__file__).with_name("entries.json")  # the file with all entries
@@ -86,9 +87,8 @@ def _near(path: str) -> str | None:
     *above, last = path.split(".")
     every, parents = stored(), {entry.path for entry in _called(tuple(above))} if above else set()
     names = {entry.path[-1] for entry in every for parent in parents if entry.path[: len(parent)] == parent}
-    keys = [
-        e.path[-1] for e in every if len(e.path) == 1 or e.path[0] in ("document", "assignment", "answers")
-    ]
+    of_files = ("document", "assignment", "answers")
+    keys = [each.path[-1] for each in every if len(each.path) == 1 or each.path[0] in of_files]
     subjects = [name for entry in every if entry.path[0] == "subjects" for name in entry.other_names]
     alike = [name for name in subjects if name[0] == last[:1].casefold()]
     near = nearest(last, sorted(names)) if names else nearest(last, sorted({*keys})) or nearest(last, alike)
@@ -160,9 +160,8 @@ def _rows(entries: Sequence[tuple[str, str]], most: int = 32) -> str:
     margin = " " * (widest + 4)
     lines = []
     for name, text in entries:
-        filled = textwrap.wrap(" ".join(text.split()), PAGE_WIDTH - len(margin), break_on_hyphens=False) or [
-            ""
-        ]
+        words = " ".join(text.split())
+        filled = textwrap.wrap(words, PAGE_WIDTH - len(margin), break_on_hyphens=False) or [""]
         first = [] if len(name) > widest and text else [f"  {name:{widest}}  {filled.pop(0)}".rstrip()]
         lines += [*(first or [f"  {name}"]), *(margin + line for line in filled)]
     return "\n".join(lines)

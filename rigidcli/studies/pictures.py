@@ -7,7 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rigidcli.commands import COMMANDS
-from rigidcli.errors import RigidError, UsageError, guess
+from rigidcli.errors import RigidError, UsageError
+from rigidcli.suggestions import guess
 
 if TYPE_CHECKING:
     from rigidcli.picture import Picture

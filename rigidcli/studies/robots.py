@@ -15,12 +15,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.composites import Composite
-from rigidcli.bodies.robots import ENTRIES, Link, listed
+from rigidcli.bodies.robots import ENTRIES, Link
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shortfall
 from rigidcli.document.document import Document
-from rigidcli.errors import Problem, RigidError
+from rigidcli.errors import Problem, RigidError, first_few
 from rigidcli.fields.environment import Environment
 
 # The least and the greatest density of a link (kg/m^3): that of foam, and that of osmium (22,590).
@@ -80,7 +80,7 @@ def remarks(link: Link, document: Document) -> list[Problem]:
 def uncompared(links: Sequence[Link]) -> list[str]:
     """A note that names the links whose geometry cannot be read at all."""
     names = [link.name for link in links if link.geometry and not any(body for _, body in link.geometry)]
-    return [f"not compared with their geometry, which is not read here: {listed(names)}"] if names else []
+    return [f"not compared with their geometry, which is not read here: {first_few(names)}"] if names else []
 
 
 def _forms(link: Link) -> list[LinkGeometry]:

@@ -12,13 +12,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from rigidcli.errors import UsageError, did_you_mean, nearest, shown
+from rigidcli.errors import UsageError, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.names import listed, noted, words_of
 from rigidcli.homework.reports.formats import ReportStyle, points
 from rigidcli.homework.roster import LOGINS, NAMES, POINTS, SPELLINGS, Roster, columns_of
 from rigidcli.homework.spreadsheets import Spreadsheet, cell, points_in
+from rigidcli.suggestions import did_you_mean, nearest
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
