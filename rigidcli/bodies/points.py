@@ -6,10 +6,12 @@ m, x, y, z in SI units.
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property
 from io import BufferedReader
@@ -104,7 +106,7 @@ def _npy_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
 
 _NUMERALS = b"0123456789+-.eE \t\r"  # what an ordinary line consists of, separators and newline apart
 
-_NUMBER = re.compile(NUMERAL.encode())
+_NUMBER = re.compile(NUMERAL)
 
 # The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them.
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
@@ -195,20 +197,27 @@ def _quick_block(text: bytes, places: list[int]) -> Block | None:
 
 def _careful_block(text: bytes, layout: _Layout, first_line: int, name: str) -> Block:
     """The rows of any text, value by value; refuses by line and column. Blank lines are skipped."""
-    rows = []
-    for line, content in enumerate(text.split(b"\n"), first_line):
+    rows, separator = [], layout.separator.decode()
+    for line, content in enumerate(text.decode("utf-8", "replace").split("\n"), first_line):
         if not content.strip():
             continue
-        values = content.split(layout.separator)
+        values = content.split(separator)
+        if '"' in content:
+            with suppress(csv.Error):
+                (values,) = csv.reader([content], delimiter=separator)
         if len(values) != layout.columns:
             raise ValueProblem(f"{name}:{line}: read {len(values)} values, expected {layout.columns}")
         for column, place in enumerate(layout.places):
             typed = values[place].strip()
-            number = typed.replace(b",", b".") if layout.separator == b";" else typed
+            number = typed.replace(",", ".") if separator == ";" else typed
             value = float(number) if _NUMBER.fullmatch(number) else None
             if value is None or not math.isfinite(value) or (column == 0 and value <= 0):
-                fault = _fault(column, typed.decode("utf-8", "replace"), value)
-                raise ValueProblem(f"{name}:{line}: {fault}")
+                hint = (
+                    "write decimals with a point, or `;` between the columns"
+                    if "," in typed and separator == ","
+                    else None
+                )
+                raise ValueProblem(f"{name}:{line}: {_fault(column, typed, value)}", hint=hint)
             rows.append(value)
     return np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
 

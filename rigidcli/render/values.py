@@ -27,6 +27,13 @@ def is_exact(value: Value) -> bool:
     return hasattr(type(value), "tree")
 
 
+def has_letters(value: Value) -> bool:
+    """Whether an entry of a value is an exact expression with symbols in it."""
+    if isinstance(value, np.ndarray) and not is_exact(value):
+        return False
+    return any(is_exact(entry) and entry.names for entry in np.ravel(np.array(value, dtype=object)))
+
+
 def plain(value: Value) -> Value:
     """`value` for json and csv, with exact numbers as text in the expression language."""
     if isinstance(value, dict):
@@ -70,7 +77,8 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
 
     These are the columns that the look asks for, or all that are not hidden; a verbose look also has hidden
     columns of tables that are not records. A table of data is cut to eleven rows: the first, the last, and
-    evenly chosen ones between.
+    evenly chosen ones between. Columns with letters, and zeros beside them, have no unit: letters bring
+    theirs.
     """
     length = len(table)
     if not length:
@@ -79,10 +87,21 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     count = min(length, 11) if table.data else length
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
     tidied = replace(table, columns=tuple(map(without_noise, table.columns)))
-    return [
-        (column, [cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
+    columns = [
+        column
         for column in single_cells(tidied, asked)
         if asked or not column.hidden or (look.verbose and not table.records)
+    ]
+    if any(has_letters(column.values) for column in columns):
+        columns = [
+            replace(column, unit="")
+            if has_letters(column.values) or all(value in (0, "") for value in column.values)
+            else column
+            for column in columns
+        ]
+    return [
+        (column, [cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
+        for column in columns
     ]
 
 
@@ -133,11 +152,10 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
         entry = replace(entry, value=entry.value[0])
     value, factor = entry.value, ""
     if is_exact(value):
+        unit = "" if has_letters(value) else entry.unit
         numbers = np.ravel(np.array(value, dtype=object))
-        unit = "" if any(number.names for number in numbers) else entry.unit
-        if np.ndim(value) == 2 and all(
-            hasattr(number, "style") and not number.style.decimal for number in numbers
-        ):
+        is_plain = all(hasattr(number, "style") and not number.style.decimal for number in numbers)
+        if np.ndim(value) == 2 and is_plain:
             from rigidcli.algebra.arithmetic import common_factor
 
             common, rest = common_factor(value)

@@ -296,6 +296,12 @@ def test_what_may_be_read_in_two_ways_is_refused(tmp_path: Path, text: str, mess
     assert refusal(table(tmp_path, text)) == message
 
 
+def test_a_decimal_comma_in_quotes_is_one_value(tmp_path: Path) -> None:
+    told = refusal(table(tmp_path, 'm,x,y,z\n"1,5",0,0,0\n'))
+    assert told.startswith(":2: column m: read `1,5`, expected a number; write decimals with a point")
+    assert np.array_equal(read(table(tmp_path, 'name,m,x,y,z\n"a, b",1,2,3,4\n')), [[1, 2, 3, 4]])
+
+
 def test_what_is_no_file_of_points_is_refused_without_waiting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,6 +25,16 @@ motion: {omega: [0.3, -1, 2], duration: 2, samples: 401}
 """
 
 
+def test_columns_with_letters_have_no_units_in_their_heads(program: Program) -> None:
+    shown = program("inertia", "--steps", str(ROOT / "configs" / "three_equal_masses.yaml")).out
+    assert "     m  x    y    z  m x    m y    m z\n" in shown
+    assert "kg" not in shown
+    assert (
+        "m(y^2+z^2) (kg m^2)"
+        in program("inertia", "--steps", str(ROOT / "configs" / "three_masses.yaml")).out
+    )
+
+
 def value(step: Step, title: str) -> Any:
     """What a step says under this title."""
     return next(entry.value for entry in step.fields if entry.title == title)

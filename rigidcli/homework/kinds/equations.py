@@ -93,7 +93,11 @@ class EquationsKind(AnswerKind):
         open_ = next((truth for _, truth in truths if isinstance(truth, str)), "")
         if open_ and not false:
             return Outcome.review(f"it is not proved that the equation is true: {open_}", *remarks)
-        systems = [_system_of(key, second, true) for second in _orders(key, true)]
+        # Equations of second order may be meant for coordinates whose accelerations stand there, or for all.
+        used = _names_in_all(true)
+        second = frozenset(name for name in key.coordinates if acceleration(name) in used)
+        orders = dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())])
+        systems = [_system_of(key, order, true) for order in orders]
         best = max(systems, key=lambda system: (system.share, not system.unclear))
         if not best.missing and not false:
             return self._complete(key, systems, remarks)
@@ -137,20 +141,13 @@ class EquationsKind(AnswerKind):
         return {rate: text(node) for rate, node in key.rates.items()}
 
 
-def _orders(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
-    """Sets of coordinates that may be meant to have equations of second order."""
-    used = _names_in_all(sides)
-    second = frozenset(name for name in key.coordinates if acceleration(name) in used)
-    return list(dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())]))
-
-
 def _names_in_all(sides: Sequence[Sides]) -> set[str]:
     return {name for _, left, right in sides for side in (left, right) for name in names_in(side)}
 
 
 @dataclass(frozen=True, slots=True)
 class _System:
-    """True equations as a linear system for derivatives, the `tops`, of which some may be `missing`.
+    """True equations as a linear system for the derivatives `tops`; some of these may be `missing`.
 
     Each of the `blocks` determines some unknowns. It has one or more matrices of slopes, of which one whose
     determinant never vanishes is enough. `unclear` says why an equation could not be used.
@@ -424,7 +421,7 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
         rows.append([*slopes, coefficient(parts, len(tops))])
     if len(rows) != len(tops):
         raise ValueProblem(f"{len(rows)} equations do not go with {len(tops)} unknown functions of the time")
-    vectors = null_vectors([*rows, [ZERO] * (len(tops) + 1)])
+    vectors = null_vectors(rows)
     if len(vectors) != 1 or vectors[0][-1] != ONE:
         raise ValueProblem("the equations do not determine the derivatives")
     return {top: to_tree(rate) for top, rate in zip(tops, vectors[0], strict=False)}
@@ -453,9 +450,8 @@ def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
     turned = dict[str, Node]()
     for rate, node in key.rates.items():
         others = {state_of(other) for other in key.rates} - {state_of(rate)}
-        back = [
-            {name: Negative(Name(name)) for name in names} for names in (others, [min(others, default="")])
-        ]
+        ways = (others, [min(others, default="")])
+        back = [{name: Negative(Name(name)) for name in names} for names in ways]
         if len(others) != 2 or key.formulas.same(bound(node, back[0]), node) is not True:
             return {}
         turned[rate] = bound(node, back[1])

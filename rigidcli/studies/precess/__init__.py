@@ -207,14 +207,10 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
 
 
 def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
-    assert bulge is not None
     rates = []
     for one in tide.perturbers:
-        gm = one.gm if one.mass is None else precession.gravitational_parameter(one.mass)
-        assert gm is not None
         orbit = (one.distance, one.eccentricity, one.inclination)
-        rates.append(precession.tidal_rate(gm, *orbit, bulge, tide.obliquity, tide.spin, n))
+        rates.append(precession.tidal_rate(one.pull, *orbit, tide.bulge, tide.obliquity, tide.spin, n))
     total = n.tidied(sum(rates))
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from rigidcli.core import precession
 from rigidcli.core.arithmetic import Arithmetic
@@ -126,15 +126,11 @@ def _free(document: Document, free: Results) -> Step:
 
 
 def _tide(section: Tide, tide: Results, n: Arithmetic) -> Step:
-    bulge: Any = section.ellipticity
-    if section.moments is not None:
-        bulge = precession.ellipticity(section.moments)
-    numbers = {"H": bulge, "epsilon": section.obliquity, "omega": section.spin}
+    numbers = {"H": section.bulge, "epsilon": section.obliquity, "omega": section.spin}
     fields: list[Field] = []
     for place, one in enumerate(section.perturbers, 1):
-        gm: Any = one.gm if one.mass is None else precession.gravitational_parameter(one.mass)
         text = "3/2*mu/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega"
-        orbit = {"mu": gm, "a": one.distance, "e": one.eccentricity, "i": one.inclination}
+        orbit = {"mu": one.pull, "a": one.distance, "e": one.eccentricity, "i": one.inclination}
         fields.append(filled(text, n, one.name or str(place), **orbit, **numbers))
     return Step(
         "Precession by tides",
