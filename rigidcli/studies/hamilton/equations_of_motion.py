@@ -36,6 +36,7 @@ from rigidcli.core.solution import Flow, Function, Solution, State, columns
 from rigidcli.language import code
 from rigidcli.language.code import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
+from rigidcli.mechanics.lagrange_equations import Constraint
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.hamilton.derivation import Derivation
 
@@ -111,12 +112,11 @@ class EquationsOfMotion(NamedTuple):
         size = len(self.symbols.names)
         return states[:, size] if ENERGY_CHANGE in self.variables else np.zeros(len(states))
 
-    def observer(self, further: Mapping[str, Expr]) -> Callable[[Floats, Floats], Samples]:
-        """Samples of an orbit, with `further` functions, by times (k) and states (k by m)."""
-        momenta = {f"p.{name}": p for name, p in self.symbols.momenta.items()}
-        coordinates = {f"q.{name}": symbol(name) for name in self.symbols.names[: len(momenta)]}
-        functions = {**coordinates, **momenta, "H": self.symbols.energy, **further}
-        parts = {key: terms(e) for key, e in functions.items()}
+    def observer(self, further: Mapping[str, Sequence[Expr]]) -> Callable[[Floats, Floats], Samples]:
+        """Samples of an orbit, with the terms of `further` functions, by times (k) and states (k by m)."""
+        momenta = {f"p.{name}": [p] for name, p in self.symbols.momenta.items()}
+        coordinates = {f"q.{name}": [symbol(name)] for name in self.symbols.names[: len(momenta)]}
+        parts = {**coordinates, **momenta, "H": terms(self.symbols.energy), **further}
         function, ends = self.function(chain(*parts.values())), np.cumsum([*map(len, parts.values())])[:-1]
 
         def observe(times: Floats, states: Floats) -> Samples:
@@ -255,23 +255,15 @@ def way_back(derivation: Derivation, constants: Mapping[str, float]) -> Callable
     return lambda t, state: (*rates(t, *places(t, *state[:size])), *state[size:])
 
 
-def misses(
-    derivation: Derivation, constants: Mapping[str, float], times: Floats, states: Floats, rates: bool = False
-) -> Floats:
-    """How far off each constraint is, or its rate, at times (k) and states (k by 2 n): (m by k).
+def parts_of(limit: Constraint, coordinates: Sequence[str], rate: bool = False) -> list[Expr]:
+    """The terms of a constraint, or of its rate, whose sizes tell how well it is kept.
 
-    It is in units of the largest sum of the sizes of its terms, or of its slopes times the coordinates.
+    A single term that vanishes has no size: the slopes times the coordinates stand beside it with both signs.
     """
-    q, rows = derivation.phase.coordinates, []
-    for one in derivation.system.constraints:
-        parts = terms(one.rate if rates else one.expression)
-        is_rate = rates or one.expression == one.rate
-        moved = [] if is_rate else [a * symbol(name) for a, name in zip(one.slopes, q, strict=True)]
-        function = compiled([*parts, *moved], [*q, *derivation.velocity_names], constants)
-        values = function(times, *states.T)
-        sizes = [np.abs(part).sum(axis=0).max() for part in np.split(values, [len(parts)])]
-        rows.append(values[: len(parts)].sum(axis=0) / (max(sizes) or 1.0))
-    return np.array(rows)
+    if rate or limit.has_velocities:
+        return terms(limit.rate)
+    moved = [a * symbol(name) for a, name in zip(limit.slopes, coordinates, strict=True)]
+    return [*terms(limit.expression), *moved, *(-e for e in moved)]
 
 
 def sizes_of_pushes(derivation: Derivation, motion: EquationsOfMotion, solution: Solution) -> Floats:

@@ -29,14 +29,9 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     InitialState,
     compiled,
     equations_of_motion,
+    terms,
 )
-from rigidcli.studies.hamilton.orbit import (
-    NAME,
-    OrbitSolution,
-    by_exponential,
-    conserved,
-    drifts,
-)
+from rigidcli.studies.hamilton.orbit import NAME, OrbitSolution, by_exponential, conserved, drifts
 from rigidcli.studies.hamilton.start import initial_state
 
 # Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other.
@@ -188,7 +183,7 @@ def _followed(
     begin: Floats,
     stops: Sequence[float],
     longest: float | Floats,
-    kept: Mapping[str, Expr],
+    kept: Mapping[str, Sequence[Expr]],
     every: int = 1,
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
     """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
@@ -219,7 +214,8 @@ def _followed(
 
     paths, apart = many.twice(equations, begin, times, distance, every)
     scale, span = scale_of(paths), float(times[-1])
-    roundings, observe, watch = columns(motion.roundings), motion.observer(functions), motion.observer(kept)
+    parts = {key: terms(e) for key, e in functions.items()}
+    roundings, observe, watch = columns(motion.roundings), motion.observer(parts), motion.observer(kept)
 
     def orbit_of(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables

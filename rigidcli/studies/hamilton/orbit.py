@@ -39,8 +39,9 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     Values,
     compiled,
     equations_of_motion,
-    misses,
+    parts_of,
     sizes_of_pushes,
+    terms,
     way_back,
 )
 from rigidcli.studies.hamilton.system import step
@@ -100,11 +101,11 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     derivation, orbit, initial = found.derivation, found.document.orbit, found.initial
     assert orbit is not None
     assert initial is not None
-    limits, functions = derivation.system.constraints, found.functions
+    functions = found.functions
     motion = equations_of_motion(derivation, tuple(initial.parameters.items()))
     passing = {} if found.observed is None else found.observed.events
-    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | functions
-    observe = motion.observer(further)
+    further = {f"multipliers.{one.name}": one.multiplier for one in derivation.system.constraints} | functions
+    observe = motion.observer({key: terms(e) for key, e in further.items()})
     passes = {key: Event(key, orbit.events[key].text, motion.function([e])) for key, e in passing.items()}
     solution, error, lost, times, until = _follow(found, motion, passes.get("orbit.until"), progress)
     remarks, end, chosen = [] if solution.note is None else [solution.note], None, None
@@ -129,10 +130,6 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         error = max(error, drift["H"])
     elif solution.method == linear_flow.METHOD:
         del drift["H"]  # the energy that time or forces have brought was not integrated
-    if limits:
-        states = samples.states[:, : 2 * len(initial.q)]
-        off = np.abs(misses(derivation, initial.parameters, times, states)).max(axis=1)
-        drift |= {one.name: float(miss) for one, miss in zip(limits, off, strict=True)}
     means = solution.mean(motion.function(functions.values())) if functions else ()
     return OrbitSolution(
         samples=samples if chosen is None else at(chosen),
@@ -232,10 +229,12 @@ def _require_values(samples: Samples, keys: Iterable[str]) -> None:
             raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
 
 
-def conserved(derivation: Derivation) -> dict[str, Expr]:
-    """What is conserved besides H, by its names."""
+def conserved(derivation: Derivation) -> dict[str, list[Expr]]:
+    """The terms of what is conserved besides H, and of constraints, by their names."""
     momenta = (symbol(f"p_{name}") for name in derivation.conserved_momenta)
-    return {str(e): e for e in (*momenta, *(derivation.invariants or ()))}
+    found = {str(e): terms(e) for e in (*momenta, *(derivation.invariants or ()))}
+    limits, coordinates = derivation.system.constraints, derivation.phase.coordinates
+    return found | {one.name: parts_of(one, coordinates) for one in limits}
 
 
 def drifts(

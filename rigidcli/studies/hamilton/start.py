@@ -23,12 +23,10 @@ from rigidcli.mechanics.lagrange_equations import Constraint
 from rigidcli.mechanics.legendre import canonical_momenta
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
-from rigidcli.studies.hamilton.equations_of_motion import InitialState, misses, way_back
+from rigidcli.studies.hamilton.equations_of_motion import InitialState, parts_of, way_back
 
 # The key under which a document gives the initial state.
 INITIAL_KEY = "orbit.initial"
-# The time of the start, as an array.
-ZEROS = np.zeros(1)
 # The largest miss of a constraint that a start may have, in units of the terms of the constraint.
 # It is moved onto the constraint: numbers that are typed obey none to all digits of a float.
 START_MISSES = 1e-6
@@ -192,28 +190,31 @@ def _on_constraints(
     limits, document = derivation.system.constraints, point.document
     _require_independent(point, limits)
 
-    def off(state: Floats, rates: bool = False) -> Floats:
-        return np.abs(misses(derivation, parameters, ZEROS, state[None], rates)[:, 0])
+    names = (*derivation.phase.coordinates, *derivation.velocity_names)
+
+    def off(limit: Constraint, state: Floats, rate: bool = False) -> float:
+        terms = parts_of(limit, derivation.phase.coordinates, rate)
+        sizes = point.at(names, state).evaluate(terms, "a constraint")
+        return float(abs(sizes.sum()) / (np.abs(sizes).sum() or 1.0))
 
     back, nearest = way_back(derivation, parameters), tuple(start.tolist())
     with suppress(*NO_VALUE):
         for _ in range(NEWTON_STEPS):
             nearest = tuple(back(0.0, nearest))
     moved = np.array(nearest)
-    is_found = np.isfinite(moved).all() and off(moved).max() < START_MISSES
-    names = (*derivation.phase.coordinates, *derivation.velocity_names)
+    is_found = np.isfinite(moved).all() and all(off(one, moved) < START_MISSES for one in limits)
     near = ", ".join(f"{name}: {x:.12g}" for name, x in zip(names, moved, strict=True))
     hint = f"the nearest start that obeys all constraints is {{{near}}}" if is_found else None
     problems, typed = list[Problem](), (document.system and document.system.constraints) or {}
-    for one, miss, miss_of_rate in zip(limits, off(start), off(start, rates=True), strict=True):
-        # A miss that is not a number breaks the constraint, too.
-        if miss <= START_MISSES and miss_of_rate <= START_MISSES:
+    for one in limits:
+        if off(one, start) > START_MISSES:
+            value, text = one.expression.evaluate(**point.known), typed[one.name].expression.text
+            what = f"the start breaks `{one.name}`, {text}: it is off by {value:.6g}"
+        elif off(one, start, rate=True) > START_MISSES:
+            value = one.rate.evaluate(**point.known)
+            what = f"the velocities at the start break `{one.name}`: {one.rate} is {value:.6g}, expected 0"
+        else:
             continue
-        e = one.expression if not miss <= START_MISSES else one.rate
-        value = e.evaluate(**point.known)
-        what = f"the start breaks `{one.name}`, {typed[one.name].expression.text}: it is off by {value:.6g}"
-        if miss <= START_MISSES and not one.has_velocities:
-            what = f"the velocities at the start break `{one.name}`: {e} is {value:.6g}, expected 0"
         problems.append(document.problem(what, INITIAL_KEY, hint=hint))
     if problems:
         raise DocumentError(problems)
