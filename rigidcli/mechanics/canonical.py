@@ -26,7 +26,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -37,25 +36,14 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients, polynomial_sum
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.inversion import solutions
-from rigidcli.mechanics.phase_space import TIME, Phase, bracket
-
-
-def brackets(values: Mapping[str, Expr], pairs: Phase, phase: Phase) -> dict[tuple[str, str], Expr]:
-    """All fundamental brackets of the variables `pairs`, whose `values` are functions on `phase`."""
-    return {(a, b): bracket(values[a], values[b], phase) for a, b in combinations(pairs.names, 2)}
-
-
-def expected(a: str, b: str, pairs: Phase) -> Expr:
-    """What the bracket of two variables is, if they are canonical."""
-    names = pairs.names
-    return ONE if names.index(b) - names.index(a) == len(pairs.coordinates) else ZERO
+from rigidcli.mechanics.phase_space import TIME, Phase
 
 
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:

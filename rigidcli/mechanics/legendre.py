@@ -55,10 +55,6 @@ class Momenta(NamedTuple):
     definitions: tuple[Expr, ...]
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
-    def are_linear(self, velocities: Sequence[str]) -> bool:
-        """Whether they are linear in the velocities."""
-        return all(has_degrees(coefficients(p, velocities), 0, 1) for p in self.definitions)
-
 
 def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     """The momenta of a Lagrangian with these velocities."""

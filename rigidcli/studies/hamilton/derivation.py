@@ -13,6 +13,7 @@ import numpy as np
 
 from rigidcli.algebra.arithmetic import inequality
 from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import coefficients, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
@@ -82,7 +83,8 @@ class Derivation:
     @cached_property
     def are_linear(self) -> bool:
         """Whether the momenta are linear functions of the velocities."""
-        return self.momenta.are_linear(self.velocity_names)
+        polynomials = (coefficients(p, self.velocity_names) for p in self.momenta.definitions)
+        return all(has_degrees(polynomial, 0, 1) for polynomial in polynomials)
 
     @property
     def definitions(self) -> dict[str, Expr]:

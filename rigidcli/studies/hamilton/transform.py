@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import islice
+from itertools import combinations, islice
 from typing import NamedTuple
 
 from rigidcli.algebra.arithmetic import sign
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import ONE, ZERO, Expr
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.trees import to_tree
@@ -23,7 +23,7 @@ from rigidcli.language.tree import Formula, Negative, Node, Product
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.canonical import Generated, added_by_forces
 from rigidcli.mechanics.canonical import generated as generated_by
-from rigidcli.mechanics.phase_space import TIME, Phase, equations
+from rigidcli.mechanics.phase_space import TIME, Phase, bracket, equations
 from rigidcli.report import Field, Step
 from rigidcli.studies import writing
 from rigidcli.studies.common import field_of, if_known
@@ -190,11 +190,12 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
     else:
         is_old, given = transform.old is not None, transform.old or transform.new or {}
         values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    pairs, phase = (old, new) if is_old else (new, old)
-    brackets = canonical.brackets(values, pairs, phase) if values else {}
-    expected = {pair: canonical.expected(*pair, pairs) for pair in brackets}
+    own, phase = (old, new) if is_old else (new, old)
     if not values:  # a change that follows from a function is canonical
-        return TransformedSystem(transform, new.names, values, phase, generated, brackets, expected)
+        return TransformedSystem(transform, new.names, values, phase, generated, {}, {})
+    brackets = {(a, b): bracket(values[a], values[b], phase) for a, b in combinations(own.names, 2)}
+    conjugate = [*zip(own.coordinates, own.momenta, strict=True)]
+    expected = {pair: ONE if pair in conjugate else ZERO for pair in brackets}
     free = {pair: e - expected[pair] for pair, e in brackets.items()}
     rate = None if generated is None else generated.rate
     new_h, negative = None, {name for name, value in known.items() if sign(value) != 1}
