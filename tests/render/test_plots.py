@@ -318,6 +318,8 @@ def test_kinds_that_have_nothing_to_show_say_what_they_need() -> None:
     with pytest.raises(rigidcli.RigidError, match="`orbit`") as refused:
         rigidcli.hamilton(MODES, picture="phase")
     assert refused.value.exit_code == 2
+    with pytest.raises(rigidcli.RigidError, match="modes of several coordinates"):
+        rigidcli.hamilton(ROOT / "configs/compound_pendulum.yaml", picture="modes")
 
 
 def test_a_picture_and_the_results_are_two_files(program: Program, tmp_path: Path) -> None:

@@ -130,8 +130,8 @@ def _lines(
 def modes(findings: Findings) -> Picture:
     """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
     small = findings.oscillations
-    if small is None or not small.modes:
-        raise UsageError("it is drawn for the modes about an `equilibrium`")
+    if small is None or not small.modes or len(small.place) < 2:
+        raise UsageError("it is drawn for the modes of several coordinates about an `equilibrium`")
     names, panels = tuple(small.place), []
     rulers = (PictureAxis("", ticks=_axes(*names)), PictureAxis("displacement"))
     places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
