@@ -42,7 +42,7 @@ from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.inversion import solutions
+from rigidcli.mechanics.inversion import on_main_branch, solutions
 from rigidcli.mechanics.phase_space import TIME, Phase
 
 
@@ -187,7 +187,7 @@ def new_hamiltonian(
         misses = [k - added - substitute(hamiltonian, back)]
         rates = [derivative(added, name) for name in new.names]
     else:
-        misses = [substitute(k - added, values) - hamiltonian]
+        misses = [on_main_branch(substitute(k - added, values)) - hamiltonian]
         slopes = [substitute(slope, values) for slope in slopes]
         # dR/dZ by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta
         moved = {name: derivative(values[name], TIME) for name in new.names}

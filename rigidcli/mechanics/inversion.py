@@ -236,7 +236,7 @@ def _undone(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list
             if twin is not None:
                 ways[twin] = ways[twin]._replace(period=half)
                 continue
-            energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
+            energy = tidy(momentum * velocity - on_main_branch(substitute(K, {v: velocity})))
             if momentum in positive:  # the root of its square is itself
                 energy = tidy(substitute(energy, {str(momentum): symbol(str(momentum), positive=True)}))
             put = {str(momentum): P}
@@ -268,7 +268,7 @@ def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
 _MAIN = {("exp", "log"), ("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
 
 
-def _on_main_branch(e: Expr) -> Expr:
+def on_main_branch(e: Expr) -> Expr:
     """An expression with x for atan(tan(x)), as it is where the conditions of the inverses hold."""
 
     def change(atom: Atom) -> Expr | None:
@@ -276,7 +276,7 @@ def _on_main_branch(e: Expr) -> Expr:
             inner, n = only_power(atom.arguments[0])
             if n == 1 and isinstance(inner, Applied) and (atom.function, inner.function) in _MAIN:
                 return expr(inner.arguments[0])
-        return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
+        return rebuilt(atom, on_main_branch) if isinstance(atom, Applied | Group) else None
 
     return mapped(e, change)
 
