@@ -26,6 +26,7 @@ E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, section IV.4.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -123,8 +124,10 @@ def primary_constraints(
     for vector in matrices.null_vectors(matrix):
         if any(not entry.names.isdisjoint(velocities) for entry in vector):
             continue
-        at_rest = total(x * substitute(p, still) for x, p in zip(vector, definitions, strict=True))
-        constraints.append(tidy(total(x * symbol(p) for x, p in zip(vector, names, strict=True)) - at_rest))
+        with suppress(ExpressionError):  # L may not be differentiable at rest
+            at_rest = total(x * substitute(p, still) for x, p in zip(vector, definitions, strict=True))
+            there = total(x * symbol(p) for x, p in zip(vector, names, strict=True))
+            constraints.append(tidy(there - at_rest))
     return constraints
 
 
