@@ -107,27 +107,23 @@ def _roots(name: str, a: Expr, b: Expr, c: Expr, given: Values) -> Rates:
         raise ExpressionError(f"{nothing} vanishes at rest only")
     if not a or not c:
         return Rates(tidy(-c / b if not a else -b / a))
+    # (2 a w + b)^2 = b^2 - 4 a c, where a w^2 = -c without b
+    square = tidy(b**2 - 4 * a * c if b else -c / a)
+    sign = sign_of(square, given)
+    if sign == -1:
+        what = "the discriminant is" if b else "its square would be"
+        raise ExpressionError(f"{nothing} vanishes at no real rate: {what} {written(square)}")
+    root = positive_root(square, given) if square else ZERO
     if not b:
-        square = tidy(-c / a)
-        sign = sign_of(square, given)
-        if sign == -1:
-            raise ExpressionError(
-                f"{nothing} vanishes at no real rate: its square would be {written(square)}"
-            )
-        return Rates(positive_root(square, given), None, None if sign else square)
-    inside = tidy(b**2 - 4 * a * c)
-    if (sign := sign_of(inside, given)) == -1:
-        raise ExpressionError(f"{nothing} vanishes at no real rate: the discriminant is {written(inside)}")
-    if not inside:
+        return Rates(root, None, None if sign else square)
+    if not square:
         return Rates(tidy(-b / (2 * a)))
-    root = positive_root(inside, given)
     # Where a becomes small, the slow root becomes -c/b; the other one grows without bound.
-    slow, fast = (
-        tidy((-b + way * root) / (2 * a)) for way in ((1, -1) if sign_of(b, given) == 1 else (-1, 1))
-    )
+    side = 1 if sign_of(b, given) == 1 else -1
+    slow, fast = (tidy((-b + way * side * root) / (2 * a)) for way in (1, -1))
     if sign_of(slow, given) == -1 and sign_of(fast, given) == 1:
         slow, fast = fast, slow
-    return Rates(slow, fast, None if sign else tidy(inside / a**2))
+    return Rates(slow, fast, None if sign else tidy(square / a**2))
 
 
 def written(e: Expr) -> str:
