@@ -237,7 +237,10 @@ def energy(
     if not forms or forms[0].nodes > FEW_NODES:
         inverse = matrices.inverse(matrix, matrices.FEW_TERMS if forms else matrices.MOST_TERMS)
     if inverse is not None:
-        fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
+        entries = [row[k] for k, row in enumerate(matrix)]
+        # A product of parameters vanishes nowhere.
+        products = [len(e.terms) == 1 and e.names.isdisjoint(coordinates) for e in entries]
+        fixed = [k for k, e in enumerate(entries) if e and (definite or products[k])]
         forms += _by_inverse(inverse, matrix, momenta, fixed)
         velocities = list(map(tidy, matrices.times(inverse, momenta)))
     elif completed is not None:
@@ -258,11 +261,6 @@ def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
     return bool((eigenvalues > 0).all() or (eigenvalues < 0).all())
 
 
-def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
-    # A product of parameters vanishes nowhere.
-    return len(entry.terms) == 1 and entry.names.isdisjoint(coordinates)
-
-
 def _by_inverse(
     inverse: Matrix, matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]
 ) -> Iterator[Expr]:
@@ -274,14 +272,10 @@ def _by_inverse(
             whole = inverse[1 - j][1 - j] * HALF * square**2
             yield whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2
     if len(momenta) > 2 or len(pivots) < 2:
-        whole = matrices.quadratic_form(inverse, momenta) / 2
+        whole, atoms = matrices.quadratic_form(inverse, momenta) / 2, {a for p in momenta for a in p.atoms}
         forms = [whole, tidy(whole)]
-        yield shortest([e for e in forms if not _is_multiple(e, momenta)] or forms)
-
-
-def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
-    """Whether a momentum is taken out of all terms, as nobody writes an energy."""
-    return len(e.terms) == 1 and any(atom in dict(*e.terms) for p in momenta for atom in p.atoms)
+        # Nobody writes an energy as a product with a momentum.
+        yield shortest([e for e in forms if len(e.terms) > 1 or atoms.isdisjoint(dict(*e.terms))] or forms)
 
 
 def _completed_squares(

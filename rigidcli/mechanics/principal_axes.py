@@ -18,7 +18,6 @@ from rigidcli.algebra.arithmetic import sign, size, sqrt, tidy, tidy_array
 from rigidcli.algebra.atoms import Surd
 from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.matrices import Matrix
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame, canonical_axes
 from rigidcli.errors import ComputationError, ExpressionError
@@ -51,22 +50,17 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
         frame = _principal_frame(rest, turn)
         return replace(frame, moments=tidy_array(factor * frame.moments))
     _require_short(tensor, "moments")
-    moments, ordered = _ascending(_symmetric_roots(tensor.tolist()))
+    roots: list[Expr] = []
+    for block in matrices.blocks(tensor.tolist()):
+        shifted = matrices.part((tensor - MOMENT * _ONE).tolist(), block, block)
+        for polynomial, times in arithmetic.polynomial_factors(matrices.determinant(shifted), str(MOMENT)):
+            roots += _real_roots(*(polynomial.get(k, ZERO) for k in range(4))) * times
+    moments, ordered = _ascending(roots)
     _require_short(np.array(moments), "moments", MOST_NODES_OF_MOMENT)
     ends = [0, *(k for k in (1, 2) if sign(moments[k] - moments[k - 1]) != 0), 3]
     groups = [tuple(range(begin, end)) for begin, end in pairwise(ends)]
     axes = _axes(tensor, moments, groups, turn)
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
-
-
-def _symmetric_roots(matrix: Matrix) -> list[Expr]:
-    """The eigenvalues of a symmetric matrix (at most 3 by 3). Raises ExpressionError as `_real_roots`."""
-    roots: list[Expr] = []
-    for block in matrices.blocks(matrix):
-        shifted = [[matrix[i][j] - MOMENT if i == j else matrix[i][j] for j in block] for i in block]
-        for factor, times in arithmetic.polynomial_factors(matrices.determinant(shifted), str(MOMENT)):
-            roots += _real_roots(*(factor.get(k, ZERO) for k in range(4))) * times
-    return roots
 
 
 def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:

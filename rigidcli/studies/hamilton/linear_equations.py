@@ -75,8 +75,11 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
         pairs.sort()
     stability = stability_of(roots)
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
-    if stability == "stable" and is_shifted and not _has_rest(matrix, offset):
-        stability = "marginal"
+    if stability == "stable" and is_shifted:
+        # There is a point of rest if b is orthogonal to all that A^T takes to zero. Else motion grows.
+        left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
+        has_rest = all(is_zero(total(x * e for x, e in zip(v, offset, strict=True))) for v in left)
+        stability = "stable" if has_rest else "marginal"
     # Stability is a question about an equilibrium, and none about free fall, where nothing swings or grows.
     is_hidden = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
     driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
@@ -128,15 +131,6 @@ def stability_of(roots: Sequence[Root]) -> str:
     if any(root.growth and root.is_stable is False for root in roots):
         return "unstable"
     return "stable" if all(root.is_whole for root in roots) else "marginal"
-
-
-def _has_rest(matrix: Matrix, offset: Sequence[Expr]) -> bool:
-    """Whether z' = A z + b has a point of rest: b is orthogonal to all that A^T takes to zero.
-
-    Else b drives a mode of rate zero, and motion grows.
-    """
-    left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
-    return all(is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
 
 
 # --- the steady response

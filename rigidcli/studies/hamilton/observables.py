@@ -239,25 +239,21 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
         return None
     every = {name: e for name, e in candidates.items() if not e.names.isdisjoint(moving)}
     groups = [*combinations(every, 1), *combinations_with_replacement(every, 2)]
-    for names in groups:
-        with suppress(ExpressionError, ZeroDivisionError):
-            factor = _factor_of(value, product([every[name] for name in names]), moving)
-            if factor is not None:
-                return product([factor, *map(symbol, names)])
-    return None
-
-
-def _factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
-    """The factor c of value = c e, if c has none of the `moving` names; else None."""
     point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
-    there, of_e = (substitute(part, point) for part in (value, e))
-    return tidy(there / of_e) if is_zero(value * of_e - there * e) else None
+    for names in groups:
+        e = product([every[name] for name in names])
+        with suppress(ExpressionError, ZeroDivisionError):
+            # With value = c e everywhere, c is their quotient at a point.
+            there, of_e = (substitute(part, point) for part in (value, e))
+            if is_zero(value * of_e - there * e):
+                return product([tidy(there / of_e), *map(symbol, names)])
+    return None
 
 
 def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
     """The names of conserved quantities, found by their values at some points; None for one that has none."""
     moving, paths = [*derivation.phase.names, TIME], list(_paths(derivation))
-    known = dict([*_momenta(paths), *_runge_lenz(paths)])
+    known = dict(_named_quantities(paths))
     letters = {name for e in invariants for name in e.names}.difference(moving)
     fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
     functions = [*invariants, *(e for parts in known.values() for e in parts)]
@@ -294,7 +290,8 @@ def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
     yield from found.values()
 
 
-def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
+def _named_quantities(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
+    """Names of quantities, and functions of which each is a sum with constant factors."""
     whole = "total " if len(paths) > 1 else ""
     for axis in "xyz":
         parts = [one[axis][1] for one in paths if axis in one]
@@ -304,12 +301,9 @@ def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[st
         turns = [one[a][0] * one[b][1] - one[b][0] * one[a][1] for one in paths if a in one and b in one]
         if turns:
             yield f"{whole}angular momentum about {axis}", [total(turns)]
-
-
-def _runge_lenz(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
-    """The parts of A = p x L - c r/|r| of a single particle along each axis; p x L = r p^2 - p (r.p)."""
     if len(paths) != 1 or len(paths[0]) < 2:
         return
+    # Of a single particle A = p x L - c r/|r|, where p x L = r p^2 - p (r.p).
     (one,) = paths
     squared = total(p * p for _, p in one.values())
     along = total(q * p for q, p in one.values())

@@ -122,7 +122,11 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
 
     _require_range(solution, derivation, motion)
     samples = at(times)
-    _require_values(samples, further)
+    for key in further:
+        has_value = np.isfinite(samples.values[key])
+        if not has_value.all():
+            time, name = times[int(np.argmin(has_value))], key.partition(".")[2]
+            raise ComputationError(f"`{name}` has no finite real value at t = {time:.6g}")
     kept = conserved(derivation)
     watch, knots = motion.observer(kept), _looks(solution)
     drift = drifts(motion, kept, [watch(times, samples.states), watch(knots, solution.at(knots))])
@@ -218,15 +222,6 @@ def _require_range(solution: Solution, derivation: Derivation, motion: Equations
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
             )
-
-
-def _require_values(samples: Samples, keys: Iterable[str]) -> None:
-    """Raise ComputationError where a multiplier or an observable has no finite real value."""
-    for key in keys:
-        row = samples.values[key]
-        if not np.isfinite(row).all():
-            first = samples.times[int(np.argmin(np.isfinite(row)))]
-            raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
 
 
 def conserved(derivation: Derivation) -> dict[str, list[Expr]]:
