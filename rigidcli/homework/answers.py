@@ -178,16 +178,13 @@ class _Entry:
     number: int
     indent: int
     lines: list[str]
-    open: int = 0
+    brackets: int = 0  # those that are open
+    braces: int = 0
 
     def add(self, line: str) -> None:
         self.lines.append(line)
-        self.open += sum(line.count(bracket) for bracket in "([{") - sum(line.count(end) for end in ")]}")
-
-    @property
-    def is_list(self) -> bool:
-        """Whether no brace is open; in a brace, a key does not begin the next answer."""
-        return sum(line.count("{") - line.count("}") for line in self.lines) <= 0
+        self.brackets += sum(map(line.count, "([")) - sum(map(line.count, ")]"))
+        self.braces += line.count("{") - line.count("}")
 
     @property
     def is_begun(self) -> bool:
@@ -228,7 +225,8 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
         is_silent = _SILENT.match(text) is not None
         head = None if is_silent else _head(text, names, is_below=last is not None and last.is_begun)
         if last is not None:
-            is_inside = last.open > 0 and not (_KEY.match(text) and last.is_list)
+            # A key begins the next answer, unless a brace is open.
+            is_inside = last.brackets + last.braces > 0 and not (_KEY.match(text) and last.braces <= 0)
             # A question stands by itself, however deep.
             is_question = head and last.lines[0].strip() and folded(head[0]) in names
             is_lead = head is None and (last.is_begun or _GOES_ON.match(text))

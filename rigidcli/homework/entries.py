@@ -235,7 +235,7 @@ def literal(source: KeySource, table: Array, places: Sequence[str]) -> tuple[Rul
         ruler = _with_symbols(ruler, source, [read_expression(cell, None, place) for cell, place in pairs])
         return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
-    return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
+    return _measured(ruler, ruler.numbers(ruler.read(cells, places)).reshape(table.shape))
 
 
 def _holds(listed: Collection[str], cell: Tree, names: Names) -> bool:
@@ -247,19 +247,19 @@ def _holds(listed: Collection[str], cell: Tree, names: Names) -> bool:
 
 def computed(source: KeySource, value: Any) -> tuple[Ruler, Array]:
     """The ruler and the entries of a result. Raises ValueProblem."""
-    array = np.asarray(value, dtype=object)
-    ruler, entries = Ruler(source.question.tolerance), [_entry(each) for each in array.flat]
+    entries = [_entry(each) for each in np.asarray(value, dtype=object).flat]
+    ruler = Ruler(source.question.tolerance)
     if not all(map(is_constant, entries)):
         ruler = _with_symbols(ruler, source, [each for each in entries if isinstance(each, tree.Node)])
         return ruler, ruler.entries(value)
     ruler = replace(ruler, unit=parse_unit(source.unit) if source.unit else None, largest=beside(source))
-    return _measured(ruler, list(map(value_of, entries)), array.shape)
+    return _measured(ruler, value)
 
 
-def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) -> tuple[Ruler, Array]:
-    """The ruler with the largest number, and the numbers without rounding noise."""
-    ruler = replace(ruler, largest=max([ruler.largest, *map(abs, numbers)]))
-    return ruler, ruler.entries(np.reshape(numbers, shape))
+def _measured(ruler: Ruler, value: Any) -> tuple[Ruler, Array]:
+    """The ruler with the largest of these numbers, and the numbers without rounding noise."""
+    entries = ruler.entries(value)
+    return replace(ruler, largest=float(np.abs(entries).max(initial=ruler.largest))), entries
 
 
 def _with_symbols(ruler: Ruler, source: KeySource, trees: Iterable[tree.Node]) -> Ruler:

@@ -132,7 +132,9 @@ def _entries(text: str, is_square: bool = False) -> Any:
     elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
         return [_inner(piece) for piece in pieces]
     elif is_square and not re.search("[,;]", "".join(pieces)):
-        rows = list(map(_formulas, pieces))
+        bare = (row.strip(" []()") for row in pieces)
+        joined = (_JOINED.sub(lambda sign: next(filter(None, sign.groups())), row) for row in bare)
+        rows = [cut(row, re.compile(r"\s+")) for row in joined]
         if all(len(row) == len(rows) for row in rows):
             return rows
     return [_row(piece) for piece in pieces]
@@ -164,16 +166,10 @@ def _blanks(piece: str) -> list[str]:
     return numbers if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
-# Signs with blanks beside them inside a formula, and a function before its argument: `cos phi`.
+# What joins formulas of a row that only blanks separate: signs, and functions before arguments: `cos phi`.
 _JOINED = re.compile(
     rf"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+|(?<![^\W\d_])({'|'.join(sorted(CALLED))})\s+(?=[^\W\d])"
 )
-
-
-def _formulas(row: str) -> list[str]:
-    """The formulas of a row that only blanks separate: `cos(phi)  -sin(phi)  0`."""
-    row = _JOINED.sub(lambda sign: next(filter(None, sign.groups())), row.strip(" []()"))
-    return cut(row, re.compile(r"\s+"))
 
 
 _SEVERAL = {
@@ -254,9 +250,7 @@ _SIGNS = rules(
     (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
     (_MAPLE, r"(\1)"),  # the rows of a matrix
 )
-_CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _AND = re.compile(rf",?\s+(?:{said('and')}|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
-_BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
 
 
 def in_brackets(text: str) -> str:
@@ -274,7 +268,11 @@ def _from_table(text: str) -> str:
     is_rule = re.compile(r"[\s:-]*-[\s:-]*").fullmatch
     rule = next((place for place, row in enumerate(rows) if all(map(is_rule, row))), -1)
     below = rows[rule + 1 :]  # what stands above a rule are heads
-    if rule == 1 and len(below) + 1 in (1, len(rows[0])) and all(map(_CELL.fullmatch, rows[0])):
+    if (
+        rule == 1
+        and len(below) + 1 in (1, len(rows[0]))
+        and all(re.fullmatch(r"\s*[-+\u2212]?[\d.,/ ]+", cell) for cell in rows[0])
+    ):
         below = [rows[0], *below]  # but for a vector, and the first row of a matrix
     return "\n".join("; ".join(cell.strip() for cell in row) for row in below)
 
@@ -287,7 +285,7 @@ def _separated(text: str) -> str:
         return text
     text = re.sub(r"\||<=?|[-=]?>", ";", text)
     pieces = text.rpartition("=")[2].strip("()[] ").split("/")
-    is_list = len(pieces) > 2 and all(map(_BEGINS_NUMBER.match, pieces))
+    is_list = len(pieces) > 2 and all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces)
     return text.replace("/", ";") if is_list else text
 
 

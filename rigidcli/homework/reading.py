@@ -206,9 +206,7 @@ def _worked_out(node: Node, names: Names) -> Node:
 
     Raises ExpressionError.
     """
-    if RATE not in {part.function for part in nodes([node]) if isinstance(part, Call)}:
-        return node
-    if not (isinstance(node, Call) and node.function == RATE):
+    if not isinstance(node, Call) or node.function != RATE:
         return tree.rebuilt(node, lambda operand: _worked_out(operand, names))
     e = from_tree(names.without_derived(_worked_out(node.arguments[0], names)))
     parts = [derivative(e, TIME)]

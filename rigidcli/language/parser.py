@@ -46,9 +46,8 @@ _DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
 
 # Names that are usually the whole argument of a function: `sin theta x`.
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
-_LONG = sorted(CALLED - {"atan2", *SHORT}, key=len, reverse=True)
 # A function with its argument behind it in one word: `sin2theta`.
-_HEAD = re.compile(rf"({'|'.join(_LONG)})(\d+)(\w*)")
+_HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', *SHORT}, key=len, reverse=True))})(\d+)(\w*)")
 
 
 class Reach(Enum):

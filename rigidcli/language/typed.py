@@ -56,21 +56,18 @@ _BEHIND = rf"""(?xi) \s* (?:
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | \s!+ | (?<!\\) [,;]
     ) \s* \Z"""
-# A unit in front: `E in J: 12.5`.
-_UNIT_AHEAD = re.compile(
-    r"(?s)\A(?:[^\d:=,;()]*\s)?in\s+(?P<unit>[^\W\d_][\w^/·*²³ -]{0,15}?)\s*[:=]\s*"
-    r"(?P<value>[^:=]*[\d)\]}])\Z"
-)
 # What stands before the parts of an answer: `a)`, `(1)`, `2.`, `iii)`.
 _COUNTED = re.compile(r"\s*\(?(?P<label>[a-h]|i{1,3}|iv|[1-9])[.)]\s+", re.IGNORECASE)
 _SEQUENCES = ("a", "b", "c", "d", "e", "f", "g", "h"), ("i", "ii", "iii", "iv"), tuple("123456789")
 
-_OF_BROWSERS = rules(
+_DRESS = rules(
     (r"<sub>(.*?)</sub>", r"_\1"),
     (r"<sup>(.*?)</sup>", r"^(\1)"),
     (r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;", " "),
-)
-_DRESS = rules(
+    (  # a unit in front: `E in J: 12.5`
+        r"(?s)\A\s*(?:[^\d:=,;()]*\s)?in\s+([^\W\d_][\w^/·*²³ -]{0,15}?)\s*[:=]\s*([^:=]*[\d)\]}])\s*\Z",
+        r"\2 \1",
+    ),
     (r"(?s)\A(\*\*|__)(.*?)\1", r"\2"),  # bold in Markdown
     (r"(?s)\A([*_])((?:(?!\1).)+)\1\Z", r"\2"),  # italic
     (rf"(?s)\A[{QUOTES}]+(.*?)[{QUOTES}]*\Z", r"\1"),
@@ -85,12 +82,9 @@ def undecorated(text: str) -> str:
     before, text = "", text.strip()
     if len(text) > LONGEST_DECORATED:
         return text
-    if "<" in text or "&" in text:
-        text = rewritten(text, _OF_BROWSERS).strip()
-    text = _UNIT_AHEAD.sub(r"\g<value> \g<unit>", without_labels(text))
     while text != before:
         before = text
-        text = rewritten(text, _DRESS).strip()
+        text = rewritten(without_labels(text), _DRESS).strip()
     return text
 
 

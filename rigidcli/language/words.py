@@ -66,7 +66,6 @@ DEFINED = {
     **dict.fromkeys(("sqr", "square"), ("x**2", "x")),
 }  # fmt: skip
 _QUOTIENTS = ("cot", "sec", "csc")
-
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
 # Names that stand before arguments.
