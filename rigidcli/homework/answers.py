@@ -49,10 +49,7 @@ _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
     r"\s*[\"']?(?:answer|antwort|réponse|respuesta|result|value)s?[\"']?[ \t]*(?=\r?\n)"
 )
-# Characters that no text has; form feeds may stand in one.
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
 _QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
-_ESCAPE = re.compile(r"\\([a-zA-Z]+|.)")
 # Commands of LaTeX: some begin like an escape of YAML, such as `\t`, and all others do not.
 _LATEX = re.compile(
     r"[^0abtnvfreNLPxuU\W\d_].*|alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|"
@@ -81,7 +78,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
 
     `known` are the names of questions. Raises Unreadable where there are no answers.
     """
-    if _CONTROL.search(text):
+    if re.search(r"[\x00-\x08\x0b\x0e-\x1f\x7f]", text):  # form feeds may stand in a text
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = sorted({folded(name) for name in known}, key=len, reverse=True)
     text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
@@ -150,7 +147,7 @@ def _undressed(text: str, names: Collection[str]) -> str:
 
 def _literal(quoted: re.Match[str]) -> str:
     """A quoted text in which backslashes of LaTeX are doubled, so that YAML keeps them."""
-    if not any(_LATEX.fullmatch(escape) for escape in _ESCAPE.findall(quoted[0])):
+    if not any(_LATEX.fullmatch(escape) for escape in re.findall(r"\\([a-zA-Z]+|.)", quoted[0])):
         return quoted[0]
     return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
 

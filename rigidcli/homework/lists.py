@@ -80,10 +80,9 @@ def _parts(text: str) -> tuple[str, str, str]:
         is_list = _is_several(_bare(within)) or within.lstrip()[:1] in ("[", "{")
         if not is_list or (text[start] == "(" and before.endswith("atan2")):
             continue
-        if re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind):
+        is_row = re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind)
+        if is_row or (behind.lstrip()[:1] == "/" and re.search("[,;\n]", without_brackets(behind))):
             break  # rows without brackets round them
-        if behind.lstrip()[:1] == "/" and re.search("[,;\n]", without_brackets(behind)):
-            break
         factor = re.sub(r"\A\s*([-+])\s*\Z", r"\g<1>1", before).rstrip(" \t\n*")
         return factor, within, behind.strip().removeprefix("*").lstrip()
     return "", text, ""

@@ -35,7 +35,6 @@ LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
 ROUNDING = 1e-9
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
-PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 _KNOWN = frozenset(units.known_names())
 __COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
@@ -70,11 +69,6 @@ _IN_WORDS = [  # `two` is 2, and `one half` is not
 ]
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
-# How the readers of documents speak of their grammar, of which a student knows nothing.
-_GRAMMAR = re.compile(
-    r"unexpected|no operator before|the expression ends|a unit (?:ends|of)|power .* in a unit|the unit is too"
-)
-_OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +150,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         return _those_read(lambda text: _numbers(text, unit, place), _variants(last))
     except ExpressionError as error:
         says = advice(error)
-        if _GRAMMAR.match(with_hint(error)):
+        if re.match("unexpected|no operator before|the expression ends", error.message):
             says = "give one number" if unit in (None, PURE) else "give the number and its unit"
         message = f"read {shown(answer)}: {says}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
@@ -222,7 +216,9 @@ def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     if behind:
         return [number(amount, own) for own in read_units(behind, unit, place)]
     called = {part.function for part in tree.nodes([node]) if isinstance(part, tree.Call)}
-    is_angle = called & _OF_ANGLES or any(isinstance(part, tree.Constant) for part in tree.nodes([node]))
+    is_angle = called & {"asin", "acos", "atan", "atan2"} or any(
+        isinstance(part, tree.Constant) for part in tree.nodes([node])
+    )
     if unit is None or not unit.dimension.angle or not is_angle:  # made of pi or of an inverse function
         return [number(amount, None)]
     text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
@@ -376,7 +372,7 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     missing = text.count("(") - text.count(")")
     text = text + ")" * missing if missing > 0 else text.removesuffix(")" * -missing)
     if re.fullmatch("%|percent|Prozent|pour ?cent|por ciento", text):
-        return [PERCENT]
+        return [Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)]
     if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
         unit, again = (read_units(part, expected, place)[0] for part in twice.groups())
         if (unit.scale, unit.dimension) == (again.scale, again.dimension):
@@ -386,12 +382,7 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
         found = units.unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
         return [*found, *read_units(text[3:], expected, place)] if text.startswith("in ") else found
     except ValueProblem as problem:
-        says = with_hint(problem)
-        if _GRAMMAR.match(says):
-            says = "what stands behind the number is no unit, give the number and its unit"
-        says = re.sub(r"(unknown unit `[^`]+`) \(units are.*", r"\1, give the number and its unit", says)
-        says = re.sub(r"unknown unit (`[^`]+`)", r"\1 is no unit", says)
-        message = f"read {shown(text)}: {says}"
+        message = f"read {shown(text)}: {advice(problem)}"
         raise Unreadable("unit_incompatible", message, place=place) from None
 
 
@@ -448,10 +439,10 @@ def with_hint(problem: ValueProblem) -> str:
     return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"
 
 
-# What the readers of documents say of a formula, and what a student reads instead.
+# What the readers of documents say of a formula or a unit, and what a student reads instead.
 _ADVICE = [(re.compile(pattern), instead) for pattern, instead in table(__file__, "advice.tsv")]
 
 
 def advice(problem: ValueProblem) -> str:
-    """What a student has to write where a formula cannot be read."""
+    """What a student has to write where a formula or a unit cannot be read."""
     return rewritten(with_hint(problem).replace("`**`", "`^`"), _ADVICE)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import islice, product
+from itertools import chain, islice, product
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -184,21 +184,17 @@ def read_expressions(
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
-    try:
-        text = undecorated(str(answer)) if leading else str(answer)
-        words = None if names is None else names.words
+    text, first = undecorated(str(answer)) if leading else str(answer), None
+    for part in chain([text], _without_tail(text)):
         try:
-            found = typed.expressions(text, words, leading=leading)
+            found = typed.expressions(part, None if names is None else names.words, leading=leading)
             return found if names is None else [_worked_out(node, names) for node in found]
         except ExpressionError as error:
-            if error.code != "unknown_symbol":
-                raise
-            for shorter in _without_tail(text):
-                with suppress(ExpressionError):
-                    return typed.expressions(shorter, words, leading=leading)
-            raise
-    except ExpressionError as error:
-        raise Unreadable(error.code or "parse_error", advice(error), place=place) from None
+            first = first or error
+            if first.code != "unknown_symbol":
+                break
+    assert first is not None
+    raise Unreadable(first.code or "parse_error", advice(first), place=place)
 
 
 def _worked_out(node: Node, names: Names) -> Node:
@@ -230,7 +226,7 @@ def _without_tail(text: str) -> Iterator[str]:
     for blank in islice(_BLANK.finditer(text), 20):
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)
-        with suppress(Unreadable):
+        with suppress(Unreadable, ExpressionError):
             if is_remark or (_SURE_UNIT.search(tail) and read_units(without_latex(tail))):
                 yield text[: blank.start()]
 
@@ -275,8 +271,9 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
         return readings_of(text)[0].read_as
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
-            sides = read_all_equations(text, {})
-            return "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
+            found = read_equations(text, None, {})
+            if not found.unread:
+                return found.read_as
     try:
         return without_doubt(read_expression(text, None))
     except Unreadable:
@@ -299,6 +296,11 @@ class Equations(NamedTuple):
     sides: list[Sides]
     unread: list[Unreadable]
     between: list[Sides]
+
+    @property
+    def read_as(self) -> str:
+        """The equations as they are shown to the student."""
+        return "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in self.sides)
 
 
 def read_equations(
@@ -337,14 +339,6 @@ def read_equations(
         nothing = Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
         raise next(iter(found.unread), nothing)
     return found
-
-
-def read_all_equations(answer: Tree, tops: Mapping[str, str]) -> list[Sides]:
-    """The equations of an answer without a question. Raises Unreadable where one cannot be read."""
-    found = read_equations(answer, None, tops)
-    if found.unread:
-        raise found.unread[0]
-    return found.sides
 
 
 def _equations(answer: Tree, place: str, unread: list[Unreadable]) -> Iterator[tuple[str, list[str], bool]]:

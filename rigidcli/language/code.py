@@ -44,12 +44,11 @@ def function(
 ) -> Flow:
     """A flow: of `math`, `numpy` or `heyoka` it makes a function of the `arguments`, in order.
 
-    `steps` are names with their values, each worked out after those before and known to all that follow.
+    The function gives a tuple with the value of each expression; where an expression holds none of the
+    arguments, a float. `steps` are names with their values, each worked out after those before and known to
+    all that follow. An unknown function has the values of its `trial`, as in tests at random points.
 
-    An unknown function has the values of its `trial`, as in tests at random points.
-
-    That gives a tuple with the value of each expression; where an expression holds none of the
-    arguments, a float. With `math` and `numpy` it agrees to rounding with `Expression.evaluate`, but for
+    With `math` and `numpy` the values agree to rounding with those of `Expression.evaluate`, but for
     intermediate values that are too large: they are infinite, and 1/x may still be 0.
 
     Without a finite real value, the function for floats raises an ArithmeticError or a ValueError, or gives
@@ -160,16 +159,17 @@ class _Writer:
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
         kind = expression.numbers(
-            lambda text, value: expression.finite(value), self.power, self.called, self.joined, self.negative
+            lambda text, value: expression.finite(value),
+            self.power,
+            self.called,
+            self.joined,
+            lambda value: -value if isinstance(value, float) else self.let(f"-{value}"),
         )
         written: Value = fold(node, self.named, kind)
         return written
 
     def named(self, name: str) -> Value:
         return self.values[name] if name in self.values else expression.known(name, self.constants)
-
-    def negative(self, value: Value) -> Value:
-        return -value if isinstance(value, float) else self.let(f"-{value}")
 
     def joined(self, left: Value, sign: str, right: Value) -> Value:
         if isinstance(left, float) and isinstance(right, float):

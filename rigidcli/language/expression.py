@@ -72,7 +72,9 @@ def parse(
             tokens = tokenize(typed.translate(POINTS) if "\\" in text else typed, as_typed=False)
         except ExpressionError:
             raise error from None
-    roots = of_tokens(tokens, NO_FUNCTIONS if functions is None else functions, words or _ANY)
+    roots = of_tokens(
+        tokens, NO_FUNCTIONS if functions is None else functions, words or Words((), is_open=True)
+    )
     several = [Expression(text, root, frozenset(names_in(root))) for root in roots]
     fitting = [each for each in several if fits(each)] if len(roots) > 1 else several
     if len(fitting) < 2:
@@ -84,9 +86,6 @@ def parse(
     count = f"{len(fitting)} ways" if len(fitting) > 2 else "two ways"
     hint = f"write {first} or {', '.join(others)}"
     raise ExpressionError(f"this can be read in {count}", column=1, hint=hint, code="two_readings")
-
-
-_ANY = Words((), is_open=True)
 
 
 _SHOWN = 60  # the most characters of a reading that a message proposes

@@ -43,7 +43,6 @@ _SIGNS = str.maketrans(
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )
 _FONTS = "[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]"  # letters of Word and others, and of full width
-_RAISED = "[⁻⁺]?[ᵃ-ᵛᶜᶻⁱⁿ]+"
 DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
 _DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
 
@@ -93,7 +92,7 @@ _TO_LATEX = rules(
     (rf"(?<![\w.,])(\d+)([{_FRACTION_SIGNS}])", r"(\1 + \2)"),  # a whole number and a fraction: 12½
     ("([⁰¹²³⁴-⁹]+)⁄([₀-₉]+)", lambda over: f"({_in_ascii(over)})".replace("⁄", "/")),
     (r"(?<![\w)])([³⁴])\s*√|√\s*([³⁴])(?=[\w(])", lambda root: "∛" if "³" in root[0] else "∜"),
-    (rf"(?<=[^\W\d]){_RAISED}", lambda power: f"^({_in_ascii(power)})"),
+    (r"(?<=[^\W\d])[⁻⁺]?[ᵃ-ᵛᶜᶻⁱⁿ]+", lambda power: f"^({_in_ascii(power)})"),
 )
 _TO_GROUPS = rules(
     (
@@ -158,14 +157,13 @@ _COMMAND = re.compile(
     re.DOTALL,
 )
 _GROUP = r"\s*\{([^{}]*)\}"
-_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
 _RATE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\u0302?\w*'*)?\s*")
 
 
 def _fraction(match: re.Match[str]) -> str:
     above, below = match.groups()
     rate = _RATE.fullmatch(above)
-    if rate is not None and _TIME.fullmatch(below):
+    if rate is not None and re.fullmatch(r"\s*d\s*t\s*(?:\^\s*2\s*)?", below):
         return f" {rate['name']}{'ddot' if rate[1] else 'dot'} " if rate["name"] else " d/dt "
     return f"(({above})/({below}))"
 

@@ -39,10 +39,8 @@ RATE = "Ddt"
 _CLOSING = {"(": ")", "|": "|"}
 _ROOTS = ("sqrt", "cbrt")
 _SHOWN = 24  # the most characters of a piece that a message repeats
-_DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
-_ONE = tree.Number("1", 1.0)
-_DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
+_DEGREE = tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0))
 
 # Names that are usually the whole argument of a function: `sin theta x`.
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
@@ -313,7 +311,7 @@ class _Grammar:
         if self.token.kind == "number":
             digits = self.advance().text
             number = tree.Number(digits, float(digits))
-            if self.token.text not in _DEGREES or self.meaning(self.token.text):
+            if self.token.text not in ("deg", "degree", "degrees", "Grad") or self.meaning(self.token.text):
                 return [number]
             self.advance()
             return [tree.Product((number, *_DEGREE))]
@@ -422,7 +420,7 @@ class _Grammar:
         elif self.token.text == "**":
             power = self.exponent(None)
         function = ALIASES.get(token.text, token.text)
-        if power == tree.Negative(_ONE):
+        if power == tree.Negative(tree.Number("1", 1.0)):
             if f"a{function}" not in FUNCTIONS:
                 message = f"the inverse of `{function}` is not clear"
                 raise ExpressionError(message, hint=f"write `1/{function}(...)`", column=token.column)

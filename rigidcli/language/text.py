@@ -16,7 +16,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from rigidcli.language import tree
-from rigidcli.language.tokens import GREEK
+from rigidcli.language.tokens import GREEK, rewritten, rules
 from rigidcli.language.tree import Kind, Parts, fold
 from rigidcli.language.words import CONSTANTS, FUNCTIONS
 
@@ -36,17 +36,16 @@ def reading(node: tree.Node) -> str:
     return _signed(fold(node, _atom, _plain(" ", "^")))
 
 
-_AMPLITUDE = re.compile(r"\ba(?=(?:sin|cos|tan)h?\()")
-# A power over a number that would be read as one exponent: x^3/2, but not x^2/2.
-_POWER_OVER = re.compile(r"(?:(?<=\))\^(\d+)|\^(\d*[13579]))/(?=\d)")
-# A power of a number over something, which would be read as one exponent: 2^x/b.
-_NAME_OVER = re.compile(r"(?<=\d)\^([A-Za-z]\w*(?:\^\w+)*)(?=/)")
+_DOUBTFUL = rules(
+    (r"\ba(?=(?:sin|cos|tan)h?\()", "arc"),  # an amplitude
+    (r"(?<=\d)\^([A-Za-z]\w*(?:\^\w+)*)(?=/)", r"^(\1)"),  # 2^x/b would be read as one exponent,
+    (r"(?:(?<=\))\^(\d+)|\^(\d*[13579]))/(?=\d)", r"^\1\2 * 1/"),  # and so would x^3/2, but not x^2/2
+)
 
 
 def without_doubt(node: tree.Node) -> str:
     """A tree as a person would write it, in a form with one reading: `arcsin(x)`, as a may be a factor."""
-    shown = _NAME_OVER.sub(r"^(\1)", _AMPLITUDE.sub("arc", reading(node)))
-    return _POWER_OVER.sub(lambda power: f"^{power[1] or power[2]} * 1/", shown)
+    return rewritten(reading(node), _DOUBTFUL)
 
 
 def latex(node: tree.Node) -> str:
@@ -142,11 +141,6 @@ def _starts_with_number(written: str) -> bool:
     return written[0].isdigit() or written[0] == "."
 
 
-_WORD_AT_END = re.compile(r"(?<!_\{)\\mathrm\{\w{2,}\}+$")
-_WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
-_SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
-
-
 def _latex_number(word: str, value: float) -> _Piece:
     if word in CONSTANTS:
         return _atom(latex_name(word))
@@ -170,7 +164,7 @@ def _latex_power(base: _Piece, exponent: _Piece) -> _Piece:
         head, argument = base.called
         return _latex_call(f"{head}^{{{raised}}}", [argument])
     # A fraction in small type is hard to read.
-    small = _SMALL_FRACTION.fullmatch(raised)
+    small = re.fullmatch(r"(-?)\\frac\{(\w+)\}\{(\w+)\}", raised)
     raised = "{}{}/{}".format(*small.groups()) if small else raised
     return _Piece(f"{_bracketed(base, _ATOM)}^{{{raised}}}", _POWER)
 
@@ -219,7 +213,8 @@ def _latex_times(left: str, right: str) -> str:
     """What keeps two factors apart: LaTeX would run two words into one."""
     if _starts_with_number(right):
         return r" \cdot "
-    return r" \, " if _WORD_AT_END.search(left) or _WORD_AT_START.match(right) else " "
+    ends_in_word = re.search(r"(?<!_\{)\\mathrm\{\w{2,}\}+$", left)
+    return r" \, " if ends_in_word or re.match(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}", right) else " "
 
 
 def _latex_call(head: str, arguments: Sequence[_Piece]) -> _Piece:

@@ -117,14 +117,11 @@ _LABEL = re.compile(
     r"(?:\s*/\s*d\s*t)?(?:\s*[(\[][^()\[\]]*[)\]])?\s*[|>]?\s*"
 )
 _EQUALS = re.compile(r"(?<![<>=!]):?==?(?![>=])")
-_ARROW = re.compile(r"=>|->")
 _AND = re.compile(rf"(?i)(?<=[\w)\].'])\s+{said('or', 'and')}\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
 # What stands between statements: a line, a semicolon, and a comma or a dot before another `=`.
 _BETWEEN = re.compile(r"[\n;]|(?:,(?!\d)|[,.]\s)\s*(?=[^=,;\n]*(?<![<>!])=(?!>))")
 # A name behind a value, as in `slow = 3 fast = 5`, which may begin a second answer.
 SECOND_NAME = re.compile(rf"(?s)(?<=[\w)\]}}°%])\s+{_WORD}(?:\([\w, ]*\))?\s*\Z")
-# What may be said of a value behind a last `=`: `E = 12.5 J = const.`
-_CONSTANT = re.compile(rf"(?i)\s*{said('constant')}\.?\s*")
 # An arrow in the place of `=` behind a name.
 _LEADS_TO = re.compile(rf"\A(\s*{_WORD}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
 # A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`.
@@ -198,7 +195,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
     text = _LEADS_TO.sub(r"\1=", text)
     if "=" not in text and not _AND.search(text):
         return END.sub("", text), []
-    *reasons, conclusion = map(statements, cut(text, _ARROW))
+    *reasons, conclusion = map(statements, cut(text, re.compile("=>|->")))
     (name, *values), *again = conclusion or [[text]]
     name = name.strip()
     named = {own.strip() for reason in reasons for own, *others in reason if others and is_label(own)}
@@ -206,7 +203,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
     if is_other or not named <= {name} or len(cut(text, _AND)) > 1:
         raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
     *before, last = [name, *values, *(member for _, *others in again for member in others)]
-    if before and _CONSTANT.fullmatch(last):
+    if before and re.fullmatch(rf"(?i)\s*{said('constant')}\.?\s*", last):  # `E = 12.5 J = const.`
         *before, last = before
     return END.sub("", last), before
 

@@ -36,7 +36,6 @@ from rigidcli.homework.reading import (
     Sides,
     in_other_letters,
     names_of,
-    read_all_equations,
     read_equations,
     read_expressions,
 )
@@ -77,10 +76,9 @@ class EquationsKind(AnswerKind):
         # In `{x: ...}` the key x means xdot (or xddot).
         tops_of = {re.sub(r"d?dot\Z", "", rate): rate for rate in key.rates}
         found = read_equations(answer, key.formulas.names, tops_of, key.is_true)
-        shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in found.sides)
         differ = any(key.is_true(member, last) is False for _, member, last in found.between)
         findings = [finding for each in found.unread for finding in each.findings]
-        return ReadAnswer((found.sides, findings), shown, CONTRADICTION if differ else "")
+        return ReadAnswer((found.sides, findings), found.read_as, CONTRADICTION if differ else "")
 
     def judge(self, key: MotionKey, value: Answer) -> Outcome:
         sides, unread = value
@@ -356,7 +354,9 @@ def of_text(source: KeySource) -> MotionKey:
     question = source.question
     keys = [key.strip() for key in source.value] if isinstance(source.value, dict) else []
     tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
-    sides = read_all_equations(source.value, tops_of)
+    sides, unread, _ = read_equations(source.value, None, tops_of)
+    if unread:
+        raise unread[0]
     used = _names_in_all(sides)
     functions = _functions(question, used)
     second = tuple(name for name in functions if acceleration(name) in used)
