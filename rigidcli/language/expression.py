@@ -54,8 +54,7 @@ def parse(
 ) -> Expression:
     """Read a text in the expression language, in which there may be `functions` without a formula.
 
-    Of several readings the one that `fits` is taken. Signs of LaTeX, of print and of phones are read as plain
-    ones.
+    Of several readings the one that `fits` is taken. Signs of LaTeX, print and phones are read as plain ones.
 
     Raises ExpressionError: the text is not in the language or beyond its bounds, or several readings fit.
     """

@@ -42,7 +42,6 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )
-_FONTS = "[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]"  # letters of Word and others, and of full width
 DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
 _DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
 
@@ -77,8 +76,7 @@ _BY_MEANING = {
 _MEANINGS = {name: f" {name}" for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell", *CALLED)} | (
     {name: meaning for meaning, names in _BY_MEANING.items() for name in names.split()} | {" ": " "}
 )
-_WITH_ARGUMENT = (_FRACTION, _ROOT, _DOT, _DDOT, _VECTOR, _CONTENT)
-_OF_ARGUMENTS = "|".join(name for name, meaning in _MEANINGS.items() if meaning in _WITH_ARGUMENT)
+_OF_ARGUMENTS = "|".join(name for name, meaning in _MEANINGS.items() if _FRACTION <= meaning <= _CONTENT)
 _BARE = rf"(\\(?!(?:{_OF_ARGUMENTS})(?![A-Za-z]))[A-Za-z]+|[^\s\\{{}}\[])"
 
 # What other programs write, in LaTeX; and braces around arguments of one sign or command.
@@ -88,7 +86,7 @@ _TO_LATEX = rules(
     (r"\\\[([A-Z][a-z]+)\]", lambda name: name[1].lower()),  # Mathematica
     (r"\\(?:label|ref|eqref)\s*\{[^{}]*\}", ""),
     (r"\{([^{}]*)\\over\b\s*([^{}]*)\}", r"\\frac{\1}{\2}"),
-    (_FONTS, _in_ascii),
+    ("[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]", _in_ascii),  # letters of Word and of full width
     (rf"(?<![\w.,])(\d+)([{_FRACTION_SIGNS}])", r"(\1 + \2)"),  # a whole number and a fraction: 12½
     ("([⁰¹²³⁴-⁹]+)⁄([₀-₉]+)", lambda over: f"({_in_ascii(over)})".replace("⁄", "/")),
     (r"(?<![\w)])([³⁴])\s*√|√\s*([³⁴])(?=[\w(])", lambda root: "∛" if "³" in root[0] else "∜"),

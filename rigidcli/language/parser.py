@@ -40,7 +40,6 @@ _CLOSING = {"(": ")", "|": "|"}
 _ROOTS = ("sqrt", "cbrt")
 _SHOWN = 24  # the most characters of a piece that a message repeats
 _E = tree.Name("e")
-_DEGREE = tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0))
 
 # Names that are usually the whole argument of a function: `sin theta x`.
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
@@ -314,7 +313,8 @@ class _Grammar:
             if self.token.text not in ("deg", "degree", "degrees", "Grad") or self.meaning(self.token.text):
                 return [number]
             self.advance()
-            return [tree.Product((number, *_DEGREE))]
+            turn = tree.Reciprocal(tree.Number("180", 180.0))
+            return [tree.Product((number, tree.Constant("pi"), turn))]
         if self.token.text not in _CLOSING:
             raise self.misplaced()
         opening = self.advance()
