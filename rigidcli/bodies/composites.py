@@ -411,9 +411,8 @@ def densities_around(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic
 
 
 def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
-    if not densities or any(isinstance(density, BoundExpression) for density in densities):
-        return False
-    return all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
+    is_known = densities and not any(isinstance(density, BoundExpression) for density in densities)
+    return bool(is_known) and all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
 
 
 def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:

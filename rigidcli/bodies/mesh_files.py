@@ -324,23 +324,21 @@ def _work(path: Path) -> bytes:
 def _passed_over(data: bytes) -> Iterator[str]:
     """The words in a .glb file for what trimesh passes over, or takes for something else."""
     # Behind a head of 12 bytes stand the length of the scene in JSON, four bytes for its kind, and the scene.
-    scene = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    pairs = list[tuple[str, Any]]()
+
+    def keep(entries: list[tuple[str, Any]]) -> dict[str, Any]:
+        pairs.extend(entries)
+        return dict(entries)
+
+    scene = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")], object_pairs_hook=keep)
     yield from (name for name in scene.get("extensionsRequired", []) if not name.startswith(APPEARANCE))
     if any("camera" in node and node.keys() & {"mesh", "children"} for node in scene.get("nodes", [])):
         yield "camera"
-    for key, value in _entries(scene):
+    for key, value in pairs:  # at any depth
         if key in PASSED_OVER:
             yield key
         elif (key, value) == ("mode", 6):
             yield "TRIANGLE_FAN"
-
-
-def _entries(value: Any) -> Iterator[tuple[str, Any]]:
-    for entry in value if isinstance(value, list) else ():
-        yield from _entries(entry)
-    for key, entry in value.items() if isinstance(value, dict) else ():
-        yield key, entry
-        yield from _entries(entry)
 
 
 # The readers that need no other library, by the ending of the file's name.

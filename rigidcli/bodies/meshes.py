@@ -13,7 +13,7 @@ from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ComputationError, at
+from rigidcli.errors import ComputationError
 from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass, Scale
@@ -72,11 +72,10 @@ class Mesh(Form):
 
     @cached_property
     def checked(self) -> Checked:
-        """What the file holds. Raises ValueProblem, with its path, for what encloses no body."""
+        """What the file holds: the field has been read, so that it encloses a body."""
         from rigidcli.bodies.mesh_files import checked  # with all that reads meshes
 
-        with at("mesh"):
-            return checked(self.mesh)
+        return checked(self.mesh)
 
     def extent(self) -> tuple[Floats, float]:
         """The middle (3; m, axes of the file) and the radius (m) of a ball that holds the mesh."""

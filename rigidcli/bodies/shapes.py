@@ -100,7 +100,7 @@ def _half(value: object) -> str:
 
 
 class Shape(Form):
-    """A primitive shape: its dimensions, natural origin, anchors, and moments in closed form.
+    """A primitive: dimensions, natural origin, anchors, closed-form moments for a uniform density.
 
     Its `primitive` makes a figure of an arithmetic and the dimensions, which are fields of a subclass. The
     `UNIT` is that of a density, which is mass `PER` volume, area or length.
@@ -308,6 +308,10 @@ class Lamina(Region):
         return figure.contains(x, y, z) & (abs(z) <= thickness)
 
 
+class Shell(Shape):
+    """A curved surface, of no thickness."""
+
+
 class Wire(Shape):
     """A curve, of no thickness."""
 
@@ -355,10 +359,10 @@ PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.torus: (Solid, {}),
     primitives.tetrahedron: (Solid, {}),
     primitives.prism: (Solid, BASE),
-    primitives.spherical_shell: (Shape, {}),
-    primitives.hemispherical_shell: (Shape, {}),
-    primitives.cylindrical_shell: (Shape, BASE),
-    primitives.conical_shell: (Shape, TIP),
+    primitives.spherical_shell: (Shell, {}),
+    primitives.hemispherical_shell: (Shell, {}),
+    primitives.cylindrical_shell: (Shell, BASE),
+    primitives.conical_shell: (Shell, TIP),
     primitives.plate: (Lamina, {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}),
     primitives.disk: (Lamina, {}),
     primitives.annulus: (Lamina, {}),
