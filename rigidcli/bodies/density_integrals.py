@@ -33,7 +33,7 @@ from rigidcli.language.expression import array
 
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_files import Checked
-    from rigidcli.bodies.primitives import Figure
+    from rigidcli.bodies.shape_formulas import Figure
 
 # Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
 POINTS_OF_NET = 13
@@ -108,7 +108,7 @@ def of_mesh(
 
     Raises ValueProblem for a density that no body has, and ComputationError for one that is no polynomial.
     """
-    from rigidcli.bodies.surfaces import blocks  # a density of a shape needs none of it
+    from rigidcli.bodies.mesh_geometry import blocks  # a density of a shape needs none of it
 
     surface = mesh.surface
     degree = degree_of(formula)

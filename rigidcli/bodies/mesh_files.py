@@ -27,8 +27,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies import surfaces
-from rigidcli.bodies.surfaces import Surface, require_indices
+from rigidcli.bodies import mesh_geometry as geometry
+from rigidcli.bodies.mesh_geometry import Surface, require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
@@ -388,10 +388,10 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
     surface, notes = _summed(corners(path), path), list[str]()
     if not surface.is_closed:
         surface = _merged(surface, path, notes)
-    if not surface.is_closed and (gap := surfaces.unpaired(surface.corners)) is not None:
+    if not surface.is_closed and (gap := geometry.unpaired(surface.corners)) is not None:
         raise _gap(gap, path)
     if surface.is_flat:
-        labels = surfaces.components(surfaces.vertex_keys(surface.corners))
+        labels = geometry.components(geometry.vertex_keys(surface.corners))
         volumes = [Surface(surface.corners[:, :, labels == label]).volume for label in np.unique(labels)[:9]]
         if max(volumes) > LEAST_VOLUME_OF_PART * surface.size**3 and min(volumes) < 0:
             raise ValueProblem(
@@ -405,7 +405,7 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     labels = np.zeros(surface.triangles, dtype=np.intp)
     if surface.triangles <= MOST_TRIANGLES_COUNTED:
-        labels = surfaces.components(surfaces.vertex_keys(surface.corners))
+        labels = geometry.components(geometry.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
         probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
     notes += _overlaps(path, surface, probes, labels, -1 if is_inward else 1)
@@ -431,7 +431,7 @@ def _summed(corners: Floats, path: Path) -> Surface:
 def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
     """An open surface with near vertices made one; `notes` gets how many."""
     distance = SAME_VERTEX * surface.size
-    corners, count = surfaces.merged(surface.corners, surface.box, distance)
+    corners, count = geometry.merged(surface.corners, surface.box, distance)
     if count == 0:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
@@ -443,7 +443,7 @@ def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
 # --- what is wrong
 
 
-def _gap(gap: surfaces.Unpaired, path: Path) -> ValueProblem:
+def _gap(gap: geometry.Unpaired, path: Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
     belong = "1 edge belongs" if gap.number == 1 else f"{gap.number:,} edges belong"
     start, end = map(_place_text, gap.edge)
@@ -471,7 +471,7 @@ def _overlaps(path: Path, surface: Surface, probes: Numbers, labels: Numbers, or
     the other way and lies outside the others, so that it encloses no space.
     """
     triangles = surface.some(probes)
-    middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
+    middles, normals = triangles.mean(axis=1), geometry.normals(triangles)
     step = STEP_FROM_TRIANGLE * surface.size * normals
     points = np.concatenate([middles - step, middles + step])
     counts = orientation * surface.windings(points)

@@ -90,7 +90,7 @@ class Mesh(Form):
 
     def net(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
-        from rigidcli.bodies.surfaces import normals
+        from rigidcli.bodies.mesh_geometry import normals
 
         surface = self.checked.surface
         corners = surface.some(slice(None, None, -(-surface.triangles // MOST_TRIANGLES_OF_HOLE)))
@@ -103,7 +103,7 @@ class Mesh(Form):
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
-        from rigidcli.bodies.surfaces import simplified
+        from rigidcli.bodies.mesh_geometry import simplified
 
         surface = self.checked.surface
         if surface.triangles > most:

@@ -26,8 +26,8 @@ from rigidcli.homework.base import AnswerKind, Judgement, KeySource, Progress, T
 from rigidcli.homework.hand_ins import HandIns
 from rigidcli.homework.judge import Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
-from rigidcli.homework.names import noted
 from rigidcli.homework.overrides import Overrides
+from rigidcli.homework.owner import noted
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words

@@ -21,7 +21,7 @@ from rigidcli.errors import Problem, printable, shortened, shown
 from rigidcli.fields.texts import ending, safe_name
 from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.names import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted, words_of
+from rigidcli.homework.owner import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted, words_of
 
 MOST_BYTES = 1_000_000  # the most bytes of an answer file, and of a file that it names
 MOST_FILES = 50_000  # the most files of an archive that are unpacked, and of a folder whose names are read

@@ -19,7 +19,7 @@ from rigidcli.fields.texts import BINARY_FILES, ending
 from rigidcli.homework.answers import folded, read_answers
 from rigidcli.homework.base import MISSING, Outcome, Unreadable
 from rigidcli.homework.files import IN_ROSTER, Batch, HandedFile, first_bytes, names_file, read_file
-from rigidcli.homework.names import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
+from rigidcli.homework.owner import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, usable_cores

@@ -12,7 +12,7 @@ from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.judge import Item
-from rigidcli.homework.names import listed, noted
+from rigidcli.homework.owner import listed, noted
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.spreadsheets import points_in, read_spreadsheet
 from rigidcli.suggestions import guess

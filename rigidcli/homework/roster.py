@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.homework.answers import folded
-from rigidcli.homework.names import Owner, noted, spellings, words_of
+from rigidcli.homework.owner import Owner, noted, spellings, words_of
 from rigidcli.homework.spreadsheets import Spreadsheet, read_spreadsheet
 
 # The columns of a student's name, in one or in two, and those of logins and numbers.

@@ -102,7 +102,7 @@ print(json.dumps(after))
     files = {f"rigidcli.bodies.{name}" for name in files} | {"pyexpat"}
     assert all(not files & names for names in shapes)
     assert files & benzene == {"rigidcli.bodies.molecules"}
-    assert {"rigidcli.bodies.surfaces", "rigidcli.bodies.mesh_files"} <= bracket
+    assert {"rigidcli.bodies.mesh_geometry", "rigidcli.bodies.mesh_files"} <= bracket
     assert "pyexpat" not in bracket
     assert not {name for name in motion if name.startswith("rigidcli.render") or name.endswith(".scene")}
 

@@ -17,7 +17,7 @@ from rigidcli.errors import DocumentError
 from rigidcli.homework.base import Unreadable
 from rigidcli.homework.files import MOST_BYTES, Batch, beside, gather, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper, papers
-from rigidcli.homework.names import is_answer
+from rigidcli.homework.owner import is_answer
 from rigidcli.homework.roster import Roster, read_roster
 from tests.tables import rows_of
 

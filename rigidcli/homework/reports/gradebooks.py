@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from rigidcli.errors import UsageError, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
-from rigidcli.homework.names import listed, noted, words_of
+from rigidcli.homework.owner import listed, noted, words_of
 from rigidcli.homework.reports.formats import ReportStyle, points
 from rigidcli.homework.roster import LOGINS, NAMES, POINTS, SPELLINGS, Roster, columns_of
 from rigidcli.homework.spreadsheets import Spreadsheet, cell, points_in

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.bodies import solids
-from rigidcli.bodies.surfaces import simplified
+from rigidcli.bodies.mesh_geometry import simplified
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.picture import Picture

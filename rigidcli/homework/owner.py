@@ -1,4 +1,4 @@
-"""Names of students, folders and files: their words, and what platforms put before them."""
+"""Whose a hand-in is by the names of folders and files: their words, and what platforms put before them."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from rigidcli.bodies import surfaces
-from rigidcli.bodies.surfaces import Surface
+from rigidcli.bodies import mesh_geometry
+from rigidcli.bodies.mesh_geometry import Surface
 from rigidcli.core.arithmetic import Floats
 from tests.meshes import Triangles, box, revolved
 
@@ -90,17 +90,17 @@ def test_any_triangle_that_is_missing_or_turned_opens_the_surface(seed: int, dat
     place = data.draw(st.integers(0, len(body) - 1))
     missing = np.delete(body, place, axis=0)
     assert not measured(missing).is_closed
-    found = surfaces.unpaired(corners_of(missing))
+    found = mesh_geometry.unpaired(corners_of(missing))
     assert found is not None
-    sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in surfaces.SIDES}
+    sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in mesh_geometry.SIDES}
     assert (found.number, found.uses) == (3, 1)
     assert tuple(map(tuple, found.edge.tolist())) in sides
     turned = body.copy()
     turned[place] = turned[place][::-1]
-    found = surfaces.unpaired(corners_of(turned))
+    found = mesh_geometry.unpaired(corners_of(turned))
     assert found is not None
     assert (found.number, found.uses) == (3, 2)
-    assert surfaces.unpaired(corners_of(body)) is None
+    assert mesh_geometry.unpaired(corners_of(body)) is None
 
 
 def test_a_tube_without_its_ends_is_not_closed_though_their_areas_cancel() -> None:
@@ -131,4 +131,4 @@ def test_components_hang_together_by_their_vertices() -> None:
     row = [ball(30) + np.array([3.0 * k, 0, 0]) for k in range(7)]
     body = np.concatenate([*row, box((50, 0, 0), (51, 1, 1))])
     found = measured(np.random.default_rng(3).permutation(body))
-    assert len(np.unique(surfaces.components(surfaces.vertex_keys(found.corners)))) == 8
+    assert len(np.unique(mesh_geometry.components(mesh_geometry.vertex_keys(found.corners)))) == 8
