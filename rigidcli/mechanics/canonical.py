@@ -296,7 +296,14 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
             sign = 1 if (phase is old) == (name in phase.coordinates) else -1
             partner = dict(zip(phase.names, phase.momenta + phase.coordinates, strict=True))[name]
             relations[partner] = tidy(sign * derivative(function, name))
-    signs = _regular_point(function, relations, befores, afters)
+    mixed = [[derivative(derivative(function, a), b) for b in afters] for a in befores]
+    signs = None
+    for point in _points((function, *relations.values()), relations):
+        matrix = np.array([[point.value(e) for e in row] for row in mixed])
+        if np.isfinite(matrix).all():
+            rank = np.linalg.matrix_rank(matrix, tol=SINGULAR * np.abs(matrix).max())
+            signs = point if rank == len(matrix) else None
+            break
     if signs is None:
         raise ComputationError(
             f"{kind} generates no change of variables: the determinant of its mixed derivatives by "
@@ -305,19 +312,6 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
         )
     by_new, by_old = (_solved(relations, side, signs) for side in (old, new))
     return Generated(relations, by_new, by_old, derivative(function, TIME))
-
-
-def _regular_point(
-    function: Expr, relations: Mapping[str, Expr], befores: Sequence[str], afters: Sequence[str]
-) -> RootSigns | None:
-    """A point at which the mixed derivatives have values; None where their matrix is singular there."""
-    mixed = [[derivative(derivative(function, a), b) for b in afters] for a in befores]
-    for signs in _points((function, *relations.values()), relations):
-        matrix = np.array([[signs.value(e) for e in row] for row in mixed])
-        if np.isfinite(matrix).all():
-            rank = np.linalg.matrix_rank(matrix, tol=SINGULAR * np.abs(matrix).max())
-            return signs if rank == len(matrix) else None
-    return None
 
 
 def _solved(relations: Mapping[str, Expr], side: Phase, signs: RootSigns) -> dict[str, Expr] | None:

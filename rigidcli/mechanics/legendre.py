@@ -108,33 +108,22 @@ def _quadratic(
     found = of_blocks(momenta.mass_matrix, shifted, typed, particles, coordinates)
     if found is None:
         return []
-    energy = over_shared_sums(total(found[1]))
-    forms = [energy - _cancelled(potential, rest)]
-    if shifted != P:
-        forms += _by_degrees(energy, potential + rest, P)
-    return [Branch(tuple(found[0]), shortest(forms))]
-
-
-def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]:
-    """H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there."""
+    energy, both = over_shared_sums(total(found[1])), potential + rest
+    forms = [energy - both]
     with suppress(ExpressionError):
-        polynomial = coefficients(energy, list(map(str, momenta)))
+        # What is left of other terms joins those that are typed, if some of them cancel.
+        if potential.terms and rest.terms and len(expand(both).terms) < len(both.terms):
+            forms = [energy - tidy(both)]
+    with suppress(ExpressionError):
+        # H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there.
+        polynomial = None if shifted == P else coefficients(energy, list(map(str, P)))
         if polynomial is not None and len(polynomial) <= matrices.LARGEST**2:
             free, linear, quadratic = (
-                polynomial_sum({n: e for n, e in polynomial.items() if sum(n) == degree}, momenta)
+                polynomial_sum({n: e for n, e in polynomial.items() if sum(n) == degree}, P)
                 for degree in range(3)
             )
-            return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
-    return []
-
-
-def _cancelled(typed: Expr, rest: Expr) -> Expr:
-    """Terms as they are typed, and what is left of others: together, if some of them cancel."""
-    both = typed + rest
-    with suppress(ExpressionError):
-        if typed.terms and rest.terms and len(expand(both).terms) < len(both.terms):
-            return tidy(both)
-    return both
+            forms.append(tidy(quadratic) + tidy(linear) + tidy(free - both))
+    return [Branch(tuple(found[0]), shortest(forms))]
 
 
 def _mixed(
@@ -230,7 +219,13 @@ def energy(
 
     `typed` are the squares of which the kinetic energy was typed, or else those of `particles` make it.
     """
-    definite, completed, inverse = _is_definite(matrix, coordinates), None, None
+    completed, inverse = None, None
+    # Whether M is definite at random points of coordinates and positive parameters.
+    values = sampled([entry for row in matrix for entry in row], {}, count=8, signed=coordinates)
+    definite = values is None
+    if values is not None:
+        eigenvalues = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+        definite = bool((eigenvalues > 0).all() or (eigenvalues < 0).all())
     if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         completed = _completed_squares(matrix, momenta)
     forms = [] if completed is None else [total(tidy(1 / d) / 2 * q**2 for q, d, _ in completed)]
@@ -250,15 +245,6 @@ def energy(
         return None
     squares = [(a, row) for a, row in typed if any(row)] or [(a, row) for a, row in particles if any(row)]
     return shortest([*forms, *_by_rows(squares, momenta)]), velocities
-
-
-def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
-    """Whether M is definite at random points of coordinates and positive parameters."""
-    values = sampled([entry for row in matrix for entry in row], {}, count=8, signed=coordinates)
-    if values is None:
-        return True
-    eigenvalues = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
-    return bool((eigenvalues > 0).all() or (eigenvalues < 0).all())
 
 
 def _by_inverse(

@@ -35,13 +35,23 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
     The span that is halved is longer than the end by the factor `finer`, so that two solutions have other
     factors. None where the motion grows beyond the range of floats.
     """
+    from flint import arb, arb_mat, ctx
+
     size = len(start)
     whole = np.zeros((size + 1, size + 1))
     whole[:size, :size], whole[:size, size] = matrix, offset
     scale = _balance(whole)
     span, turns = finer * end, float(np.linalg.norm(whole, 1)) * end
     halves = min(MOST_HALVES, max(1, math.ceil(math.log2(max(finer * turns, 1.0))) + 1))
-    factors = _exponentials(whole, span, halves)
+    # exp(A span/2), exp(A span/4), ...: so many as floats, and what these have lost in rounding.
+    factors: list[tuple[Floats, Floats]] = []
+    with ctx.workprec(128 + 2 * halves):
+        exact = (arb_mat(whole.tolist()) * (arb(span) / 2**halves)).exp()
+        for _ in range(halves):
+            near = np.array([[float(entry) for entry in row] for row in exact.tolist()])
+            left = np.array((exact - arb_mat(near.tolist())).tolist(), dtype=np.float64)
+            factors.insert(0, (near, left))
+            exact = exact * exact
     first = np.append(start, 1.0) / scale
 
     def sample(times: Floats) -> Floats:
@@ -81,17 +91,3 @@ def _balance(matrix: Floats) -> Floats:
                 matrix[i] /= unit
                 settled = False
     return scale
-
-
-def _exponentials(matrix: Floats, span: float, halves: int) -> list[tuple[Floats, Floats]]:
-    """exp(A span/2), exp(A span/4), ...: so many as floats, and what these have lost in rounding."""
-    from flint import arb, arb_mat, ctx
-
-    factors = []
-    with ctx.workprec(128 + 2 * halves):
-        exact = (arb_mat(matrix.tolist()) * (arb(span) / 2**halves)).exp()
-        for _ in range(halves):
-            near = np.array([[float(entry) for entry in row] for row in exact.tolist()])
-            factors.append((near, np.array((exact - arb_mat(near.tolist())).tolist(), dtype=np.float64)))
-            exact = exact * exact
-    return factors[::-1]

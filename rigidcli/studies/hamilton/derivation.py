@@ -23,7 +23,6 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import acceleration
-from rigidcli.document.system import System
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.mechanics.inversion import Branch
@@ -302,8 +301,15 @@ def derive(document: Document) -> Derivation:
 def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
     functions, system = system_functions(document), document.system
     assert system is not None
-    if functions.lagrangian is None and functions.constraints:
-        functions = _with_lagrangian(functions, system)
+    if functions.hamiltonian is not None and functions.constraints:
+        # Constraints are conditions on velocities. L is to H as H is to L: the same transform leads back.
+        found = legendre_transform(functions.hamiltonian, system.momenta, system.velocities)
+        if len(found) != 1:
+            raise ComputationError(
+                "H has no one Lagrangian in closed form, which constraints need",
+                hint="give a `lagrangian` instead of the `hamiltonian`",
+            )
+        functions = functions._replace(lagrangian=found[0].hamiltonian, hamiltonian=None)
     derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, functions)
     if functions.lagrangian is None:
         return derivation
@@ -311,21 +317,6 @@ def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
     derivation = replace(derivation, momenta=momenta)
     _require_regular(derivation, values)
     return _inverted(derivation, values)
-
-
-def _with_lagrangian(functions: SystemFunctions, system: System) -> SystemFunctions:
-    """Add L to a system that is given by H: constraints are conditions on velocities.
-
-    L is to H as H is to L: the transform that leads from one to the other leads back.
-    """
-    assert functions.hamiltonian is not None
-    found = legendre_transform(functions.hamiltonian, system.momenta, system.velocities)
-    if len(found) != 1:
-        raise ComputationError(
-            "H has no one Lagrangian in closed form, which constraints need",
-            hint="give a `lagrangian` instead of the `hamiltonian`",
-        )
-    return functions._replace(lagrangian=found[0].hamiltonian, hamiltonian=None)
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:

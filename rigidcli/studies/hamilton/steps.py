@@ -22,7 +22,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Formula, Name, Negative, Product, Sum, bound
 from rigidcli.mechanics.particles import turning, velocity
-from rigidcli.mechanics.phase_space import TIME, Phase
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies import writing
 from rigidcli.studies.axes.steps import reduced, solution
@@ -42,7 +42,7 @@ OF_CONSTRAINTS = ("degrees_of_freedom", "multipliers.", "constraint_forces.", "a
 
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """Lead to the results step by step; brackets with H show that quantities are conserved."""
-    derivation, system = findings.derivation, findings.derivation.system
+    derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
     # T + V is no step where it is H, nor is a matrix that leads to no rates, or whose rates modes have.
     repeated = {"energy"} if derivation.energy_excess == ZERO else set()
     pairs = next((entry.value for entry in fields if entry.key == "eigenvalues"), None)
@@ -92,7 +92,11 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     named = [entry.value for entry in fields if entry.key == "invariant_names"]
     for name, e in zip(*named, derivation.invariants or (), strict=True):
         title = reading(e.tree()) if name is None else f"{name[0].upper()}{name[1:]}"
-        yield _bracket(title, e, derivation.hamiltonian, derivation.phase)
+        h, pairs = derivation.hamiltonian, [*zip(phase.coordinates, phase.momenta, strict=True)]
+        first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
+        second = tidy(total(derivative(e, p) * derivative(h, q) for q, p in pairs))
+        sums = Field("", first, "sum of df/dq dH/dp"), Field("", second, "sum of df/dp dH/dq")
+        yield step("conserved", (Field("", e, "f", "f"), *sums), name=title)
 
 
 def _under(fields: Sequence[Field], *keys: str) -> list[Field]:
@@ -192,14 +196,6 @@ def _of_constraints(derivation: Derivation, shown: list[Field]) -> Iterator[Step
         second.append(Field("", moved + one.turning, f"{one.name}, {times}: 0 =", "0"))
     yield step("differentiated", second)
     yield step("multipliers", shown)
-
-
-def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
-    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
-    first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
-    second = tidy(total(derivative(e, p) * derivative(h, q) for q, p in pairs))
-    sums = Field("", first, "sum of df/dq dH/dp"), Field("", second, "sum of df/dp dH/dq")
-    return step("conserved", (Field("", e, "f", "f"), *sums), name=name)
 
 
 def _belongs(entry: Field, results: Sequence[str]) -> bool:
