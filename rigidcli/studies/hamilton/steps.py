@@ -135,13 +135,10 @@ def _slopes(findings: Findings) -> Iterator[Field]:
     moving = derivation.velocity_of | dict(zip(names, derivation.lagrange.names, strict=True))
     for q, v in derivation.velocity_of.items():
         momentum, slope = tidy(derivative(lagrangian, v)), rf"\partial L/\partial {latex_name(v)}"
+        rate = rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}}\,{slope}"
         parts = (
             (f"dL/d{v}", momentum, slope),
-            (
-                f"d/dt dL/d{v}",
-                velocity(momentum, moving),
-                rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}}\,{slope}",
-            ),
+            (f"d/dt dL/d{v}", velocity(momentum, moving), rate),
             (f"dL/d{q}", tidy(derivative(lagrangian, q)), rf"\partial L/\partial {latex_name(q)}"),
         )
         for title, e, sign in parts:

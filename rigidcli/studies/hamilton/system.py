@@ -223,9 +223,25 @@ def style_of(document: Document) -> Style:
 
 
 def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
-    """Write results in the style of the document."""
+    """Write results in the style of the document, also those inside lists, objects and arrays."""
     style = style_of(document)
-    return [_styled(entry, style) for entry in fields]
+
+    def changed(value: Any) -> Any:
+        match value:
+            case Expr():
+                return value.styled(replace(style, decimal=style.decimal or value.style.decimal))
+            case Formula(exact=True):
+                return replace(value, root=replace(style, coordinates=()).of(value.root))
+            case list():
+                return list(map(changed, value))
+            case dict():
+                return {key: changed(inner) for key, inner in value.items()}
+            case np.ndarray() if value.dtype == object:
+                return np.array([*map(changed, value.flat)], dtype=object).reshape(value.shape)
+            case _:
+                return value
+
+    return [replace(entry, value=changed(entry.value)) for entry in fields]
 
 
 def _typed_sums(document: Document) -> dict[Sum, Sum]:
@@ -252,27 +268,6 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             if isinstance(whole, Sum) and {*whole.terms} == {*typed.terms}:
                 sums.setdefault(whole, typed)
     return sums
-
-
-def _styled(entry: Field, style: Style) -> Field:
-    """A result in a style, which reaches the expressions inside its lists, objects and arrays."""
-
-    def changed(value: Any) -> Any:
-        match value:
-            case Expr():
-                return value.styled(replace(style, decimal=style.decimal or value.style.decimal))
-            case Formula(exact=True):
-                return replace(value, root=replace(style, coordinates=()).of(value.root))
-            case list():
-                return list(map(changed, value))
-            case dict():
-                return {key: changed(inner) for key, inner in value.items()}
-            case np.ndarray() if value.dtype == object:
-                return np.array([*map(changed, value.flat)], dtype=object).reshape(value.shape)
-            case _:
-                return value
-
-    return replace(entry, value=changed(entry.value))
 
 
 @cache
