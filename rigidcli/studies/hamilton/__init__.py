@@ -315,9 +315,9 @@ def by_name(
     return fields
 
 
-def named(name: str, hidden: Collection[str] = ()) -> tuple[str, str]:
+def named(name: str) -> tuple[str, str]:
     """The title and the symbol of a result that has the name of a variable."""
-    return ("", "") if name in hidden else (name, latex_name(name))
+    return name, latex_name(name)
 
 
 def rate_named(name: str) -> tuple[str, str]:

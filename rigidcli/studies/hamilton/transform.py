@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from itertools import combinations, islice
 from typing import NamedTuple
 
@@ -90,10 +89,9 @@ class TransformedSystem(NamedTuple):
         yield from by_name("transform.change", relations, relations.values(), named)
         solved = self._solved
         for key, side in sides.items():
-            repeated = [name for name, e in (side or {}).items() if key != solved or relations.get(name) == e]
-            titles = partial(named, hidden=repeated)
+            hidden = [name for name, e in (side or {}).items() if key != solved or relations.get(name) == e]
             values = None if side is None else side.values()
-            yield from by_name(f"transform.{key}", side or (), values, titles)
+            yield from by_name(f"transform.{key}", side or (), values, named, hidden)
 
     @property
     def _solved(self) -> str | None:
