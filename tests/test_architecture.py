@@ -37,8 +37,8 @@ MOST_LINES = {
     "core": 4617,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3328,  # cures for people who know other tools; constraints, observables
     "fields": 2070,  # a section reads on with the key that is meant
-    "homework": 8900,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2503,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "homework": 8909,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2493,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2848,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2788,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -58,7 +58,12 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         text = _separated(_ARRAY.sub("", answer.replace(HAT, "")))
         if _DIAGONAL.search(text):
             entries = read_list(_DIAGONAL.sub("", text, count=1))
-            return _on_diagonal(entries) if is_square and isinstance(entries, list) else entries
+            if not is_square or not isinstance(entries, list):
+                return entries
+            flat = list(chain.from_iterable(e if isinstance(e, list) else [e] for e in entries))
+            return [
+                [e if row == column else "0" for column in range(len(flat))] for row, e in enumerate(flat)
+            ]
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
@@ -196,13 +201,6 @@ def _repeated(entry: str) -> list[str]:
     return [f"{both['a']} {sign} {both['b']}" for sign in "-+"] if both else [entry]
 
 
-def _on_diagonal(entries: list[Tree]) -> Tree:
-    """The rows of `diag(2, 11, 11)`, also with brackets around the numbers."""
-    if len(entries) == 1 and isinstance(entries[0], list):
-        return _on_diagonal(entries[0])
-    return [[e if row == column else "0" for column in range(len(entries))] for row, e in enumerate(entries)]
-
-
 def _moved(entry: Tree, factor: str, unit: str) -> Tree:
     """The entries of a list with its factor and its unit, which may be empty."""
     if isinstance(entry, list):
@@ -312,12 +310,13 @@ def _in_unit_vectors(text: str) -> Tree:
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
     found = _bare(found.replace(HAT, ""))
-    factor, unit = "", ""
-    start = found.find("(")
-    end = closings_of(found).get(start, start)
-    if _E in found[start:end] and _E not in found[:start] + found[end:]:
-        factor, unit = found[:start].strip(" *·"), found[end + 1 :].strip(" *·")
-        found = found[start + 1 : end]
+    factor, unit, ends = "", "", closings_of(found)
+    for start, end in sorted(ends.items()):
+        is_sum = re.search(r"\S\s*[-+]", without_brackets(found[:start]))
+        if found.count(_E, start, end) == found.count(_E) and not is_sum:
+            factor, unit = found[:start].strip(" *·"), found[end + 1 :].strip(" *·")
+            found = found[start + 1 : end]
+            break
     components = ["", "", ""]
     terms = [term for term in cut(found, _NEXT_TERM) if term.strip()]
     for place, term in enumerate(terms):

@@ -53,6 +53,11 @@ _REMARK = re.compile(
 )
 # A power of ten whose exponent came down to the line: `2.47 x 10-3`.
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{typed.DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
+# A number divided by a quantity: `360°/24h`, `2 pi/24h`; of `1/4 s` the unit is a second.
+_QUOTIENT = re.compile(
+    r"(?P<above>[-+]?[\d.*\s]*(?:pi(?=\s*/)|(?=\s*[°\w])))\s*(?P<unit>°|(?!pi)[^\W\d_]+)?\s*/\s*"
+    rf"(?:\((?P<grouped>{typed.DECIMAL})\)\s*/|(?P<below>{typed.DECIMAL})(?(unit)\s*))(?P<per>[^\W\d_]+)"
+)
 # What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`.
 _AGAIN = re.compile(
     rf"\s*(?:[(\[]|[,;]?\s*\b{said('or', 'same')}(?=\s)|[,;]\s"
@@ -64,9 +69,9 @@ _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J 
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-_IN_WORDS = [  # `two` is 2, and `one half` is not
-    (re.compile(rf"(?i)\A{said(digit)}(?=[\s.!]|\Z)(?!\s*-?\s*(?:half|third))"), digit) for digit in "0123456"
-]
+_COUNTS = ["1/2", "1/3", "1/4", "2/3", "3/4", "0", "1", "2", "3", "4", "5", "6"]
+_IN_WORDS = [(re.compile(rf"(?i)\A{said(count)}(?=[\s.!]|\Z)"), count) for count in _COUNTS]
+_IN_WORDS.append((re.compile(r"\A\s*(\d+)(?::| : )(\d)\s*\Z"), r"\1/\2"))  # a ratio
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 
@@ -182,6 +187,9 @@ def _variants(text: str) -> list[str]:
     """The texts with plain digits that a number may stand for: `1,234` is 1.234 or 1234."""
     if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
         return [f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}", f"1*{text}"]
+    if quotient := _QUOTIENT.fullmatch(text):  # `360°/24h` is 15 °/h
+        below = quotient["below"] or quotient["grouped"]
+        return [text, f"({quotient['above']})/({below}) {quotient['unit'] or ''}/{quotient['per']}"]
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
@@ -336,6 +344,8 @@ _AROUND = rules(
     (_UNCERTAIN, r"\g<value> "),
     (r"(?<=\d)\s+(?=[eE][-+]?\d)", ""),
     (r"\A\s*\(([^()]*\d\s*[^\W\d][^()]*)\)\s*\Z", r"\1"),
+    # the factor of a list, with a unit: `(2 kg m^2)*(0.5)`
+    (rf"\A\(([-+\d.,*/ ]+)\s((?!{__COUNTED})[^\W\d_][^()]*)\)\*\(([^()]*)\)\Z", r"(\1)*(\3) \2"),
 )
 
 

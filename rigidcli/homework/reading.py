@@ -185,7 +185,7 @@ def read_expressions(
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
     text, first = undecorated(str(answer)) if leading else str(answer), None
-    for part in chain([text], _without_tail(text)):
+    for part in chain([text], _without_tail(text, names)):
         try:
             found = typed.expressions(part, None if names is None else names.words, leading=leading)
             return found if names is None else [_worked_out(node, names) for node in found]
@@ -198,10 +198,7 @@ def read_expressions(
 
 
 def _worked_out(node: Node, names: Names) -> Node:
-    """A formula in which each d/dt (..) is worked out: d/dt (m l^2 thetadot) is m l^2 thetaddot.
-
-    Raises ExpressionError.
-    """
+    """The formula with d/dt (m l^2 thetadot) worked out as m l^2 thetaddot. Raises ExpressionError."""
     if not isinstance(node, Call) or node.function != RATE:
         return tree.rebuilt(node, lambda operand: _worked_out(operand, names))
     e = from_tree(names.without_derived(_worked_out(node.arguments[0], names)))
@@ -217,17 +214,21 @@ def _worked_out(node: Node, names: Names) -> Node:
 _BLANK = re.compile(r"(?<=[\w)\]}$²³\u0307\u0308])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
 # What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many.
 _SURE_UNIT = re.compile(
-    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]|[/^]"
+    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]"
 )
 
 
-def _without_tail(text: str) -> Iterator[str]:
+def _without_tail(text: str, names: Names | None) -> Iterator[str]:
     """The formula without a unit or a remark that may stand behind it, for each blank in turn."""
+    letters = {name.casefold() for name in names.words.names} if names else set()
     for blank in islice(_BLANK.finditer(text), 20):
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)
+        # With M and L asked for, `1/3 m l^2` and `M l^2` have the wrong letters, and no unit.
+        are_names = letters.issuperset(re.sub(r"[\W\d_]", "", tail.casefold()))
+        is_unit = _SURE_UNIT.search(tail) or (re.search("[/^]", tail) and not are_names)
         with suppress(Unreadable, ExpressionError):
-            if is_remark or (_SURE_UNIT.search(tail) and read_units(without_latex(tail))):
+            if is_remark or (is_unit and read_units(without_latex(tail))):
                 yield text[: blank.start()]
 
 
@@ -246,9 +247,8 @@ def described(answer: Tree | Unreadable, path: Path) -> str:
     if answer is None or (isinstance(answer, str) and not answer.strip()):
         return "no answer"
     if isinstance(answer, dict) and answer.keys() & {"file", "csv"}:
-        text = str(answer.get("csv", ""))
-        if "file" in answer:
-            text = read_file(beside(answer["file"], path), shown(answer["file"]))
+        file = answer.get("file")
+        text = str(answer["csv"]) if file is None else read_file(beside(file, path), shown(file))
         head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
         return f"a table with {len(rows)} row{'s' * (len(rows) != 1)} below `{shortened(head)}`"
     try:

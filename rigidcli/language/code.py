@@ -237,14 +237,10 @@ class Formulas(NamedTuple):
     values: tuple[tree.Node, ...]
 
     @property
-    def trees(self) -> tuple[tree.Node, ...]:
-        """All trees of the steps and values."""
-        return (*(value for _, value in self.steps), *self.values)
-
-    @property
     def names(self) -> frozenset[str]:
         """The names in the trees, and those of the steps."""
-        return frozenset(name for name, _ in self.steps).union(*map(tree.names_in, self.trees))
+        named = {name: tree.names_in(value) for name, value in self.steps}
+        return frozenset(named).union(*named.values(), *map(tree.names_in, self.values))
 
 
 def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:

@@ -90,9 +90,7 @@ def parse(
 _SHOWN = 60  # the most characters of a reading that a message proposes
 
 
-SIGNS: dict[str, Callable[[Any, Any], Any]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv
-}  # fmt: skip
+SIGNS = dict(zip("+-*/", (operator.add, operator.sub, operator.mul, operator.truediv), strict=True))
 
 
 def numbers(

@@ -103,8 +103,11 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
         group = match.lastgroup or "end"
         column = match.start(group) + 1 if as_typed else None
         if group == "stranger":
-            unexpected = f"unexpected {_describe(match[group])}"
-            raise ExpressionError(unexpected, column=column, hint=_HINTS.get(match[group]))
+            sign = match[group]
+            shown = f"`{sign}`" if sign != "`" else "backquote"
+            if not (sign.isascii() and sign.isprintable()):  # any terminal shows its number and name
+                shown = f"character U+{ord(sign):04X} {unicodedata.name(sign, '')}".rstrip()
+            raise ExpressionError(f"unexpected {shown}", column=column, hint=_HINTS.get(sign))
         kind, piece = _KINDS.get(group, group), match[group].translate(_SPELLED)
         if group in ("number", "superscript"):
             piece = piece.translate(LOWERED)
@@ -127,10 +130,3 @@ def _check_number(piece: str, column: int | None) -> None:
     ):
         if len(part) > most:
             raise ExpressionError(f"{name} has at most {most} digits", column=column, code="too_large")
-
-
-def _describe(character: str) -> str:
-    """A character so that any terminal shows it: itself if it is plain, else its number and name."""
-    if character.isascii() and character.isprintable():
-        return f"`{character}`" if character != "`" else "backquote"
-    return f"character U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
