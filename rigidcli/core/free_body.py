@@ -33,7 +33,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -265,8 +264,7 @@ class State(NamedTuple):
         return constant
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Circulation:
+class Circulation(NamedTuple):
     """Motions in which omega circulates about one axis; the letters are those of the module's docstring.
 
     `axes` are the rows a, b, c in body axes, but for their signs in each motion. The quaternions `frames`

@@ -21,9 +21,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +38,7 @@ Complexes: TypeAlias = NDArray[np.complex128]
 PASSING = 1e-3  # The axis is passing the vertical where it is there within this time, in units of 1/rate.
 
 
-@dataclass(frozen=True, slots=True)
-class PhaseAngle:
+class PhaseAngle(NamedTuple):
     """An angle (rad): `mean` t plus `swing` S(v).
 
     S is an `integral` as a function of sn v, cn v and dn v, less its mean growth `growth` v.
@@ -58,8 +56,7 @@ class PhaseAngle:
         return self.mean * times + self.swing * (self.integral(*functions) - self.growth * v)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeavyMotion:
+class HeavyMotion(NamedTuple):
     """The constants of the motion; the letters are those of the module's docstring.
 
     All rates are in units of `unit` (rad/s). `start` is v0. `total` is phi + psi and `difference` phi - psi,
@@ -165,7 +162,7 @@ def heavy_motion(
         _total(own, limits, rate),
         _difference(-own, limits, rate),
     )
-    return replace(motion, leads=_leads(motion, omega / unit, orientation))
+    return motion._replace(leads=_leads(motion, omega / unit, orientation))
 
 
 def _start(lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats) -> Start:

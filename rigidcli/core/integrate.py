@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -154,7 +153,7 @@ def _by_taylor_again(problem: InitialValues, like: Solution) -> Solution:
     longest = min(problem.longest, 0.75 * abs(t1 - t0) / like.steps)
     # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
     stops = problem.stops if like.steps < 4096 else ()
-    problem = replace(problem, tolerance=like.tolerance, longest=longest, stops=stops)
+    problem = problem._replace(tolerance=like.tolerance, longest=longest, stops=stops)
     return taylor.solve(problem, np.array(like.sizes), taylor.MOST_OF_SECOND)
 
 
@@ -178,10 +177,10 @@ def _by_the_best(march: March, starts: int) -> Solution:
         if len(stops):
             raise
         # Steps may be short because the method is unstable with longer ones, and not for their errors.
-        looser = replace(problem, tolerance=max(problem.tolerance, STIFF_TOLERANCE))
+        looser = problem._replace(tolerance=max(problem.tolerance, STIFF_TOLERANCE))
         with suppress(ComputationError):
             note = "explicit steps are held back by fast decay: the method `stiff` is taken"
-            return replace(stiff.solve(looser, stiff.MOST_TRIED), note=note)
+            return stiff.solve(looser, stiff.MOST_TRIED)._replace(note=note)
         raise
 
 

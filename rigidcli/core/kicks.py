@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +29,7 @@ POLYNOMIALS = np.linalg.inv(np.vander(NEAR_ENDS, increasing=True))
 Indices: TypeAlias = NDArray[np.int_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Watched:
+class Watched(NamedTuple):
     """The arguments of functions in the equations, as flows.
 
     Something sudden may be where the `timed` ones, of the time alone, and the `moving` ones, of time and

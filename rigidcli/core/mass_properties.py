@@ -7,8 +7,7 @@ digits for a small body far from the origin.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +18,7 @@ from rigidcli.errors import ValueProblem
 ROUNDING_OF_PLACE = 8 * EPS  # The relative error that rounding leaves in a point that is moved and turned.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MassProperties:
+class MassProperties(NamedTuple):
     """Mass (kg), centre of mass (3, m) and inertia tensor about it (3 by 3, kg m^2) of a body.
 
     Without a mass the tensor cannot be shifted: it is then about the point `com`, and `at_com` says whether
@@ -42,7 +40,7 @@ class MassProperties:
     def missing(self) -> MassProperties:
         """The mass properties of a hole of this form, which are added to take it away."""
         assert self.mass is not None
-        return replace(self, mass=-self.mass, tensor=-self.tensor)
+        return self._replace(mass=-self.mass, tensor=-self.tensor)
 
     def com_from(self, point: Array) -> Array:
         """The centre of mass from `point` (3, m), where a coordinate that is only rounding is zero."""
@@ -147,4 +145,4 @@ def place(
 ) -> MassProperties:
     """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m)."""
     com, tensor = rotation @ body.com + displacement, rotate(n.tidy(body.tensor), rotation)
-    return replace(body, com=com, tensor=tensor)
+    return body._replace(com=com, tensor=tensor)

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -25,8 +24,7 @@ PIVOT_TIE = 1e-9
 BodyClass: TypeAlias = Literal["point", "linear", "spherical", "oblate", "prolate", "asymmetric"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PrincipalFrame:
+class PrincipalFrame(NamedTuple):
     """Moments (3, ascending, kg m^2), axes (rows e1, e2, e3, right-handed) and groups of equal moments.
 
     Exact moments are not `ordered` when their order depends on symbols without a value.

@@ -13,7 +13,6 @@ from array import array
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -225,7 +224,7 @@ def least_sizes(problem: InitialValues, f: Function) -> State:
     states = array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(parts) > 1:
-            crude = replace(problem, tolerance=1e-6, blocks=(len(y),), roundings=None, project=None)
+            crude = problem._replace(tolerance=1e-6, blocks=(len(y),), roundings=None, project=None)
             pilot = March(crude)
             states = pilot.states
             # Where friction holds a body, the steps would never end.

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -36,8 +35,7 @@ State: TypeAlias = Sequence[float]
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic", "stiff"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class InitialValues:
+class InitialValues(NamedTuple):
     """A problem for any method: y' = f(t, y), y(t0) = `start` (n), over the `span` (t0, t1).
 
     `tolerance` bounds the error of a step, relative to each of the `blocks` of adjacent variables, of these
@@ -173,8 +171,7 @@ def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
     return abs(end - times[-1]) > (most - taken) * pace and pace < 1.001 * before
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
+class Solution(NamedTuple):
     """A solution y(t) of n variables over its whole span, in `steps` steps."""
 
     steps: int
@@ -184,9 +181,9 @@ class Solution:
     tolerance: float
     knots: Floats
     """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
-    sample: Callable[[Floats], Floats] = field(repr=False)
+    sample: Callable[[Floats], Floats]
     """`at`, for times (k) inside the span."""
-    largest: Floats = field(repr=False)
+    largest: Floats
     """The largest size of each variable (n) at any of the knots."""
     sizes: State | None = None
     """Sizes of its variables or blocks, by which the engine has measured errors; None where it needs none."""

@@ -7,7 +7,6 @@ tensor in the body's own axes, where its entries are short.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cmp_to_key
 from itertools import combinations, pairwise
 
@@ -48,7 +47,7 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     if factor.names and sign(factor) == 1 and not any(entry.names for entry in rest.flat):
         # Of M times numbers, such as the box 1 x 2 x 3 of mass M, the numbers alone have to be solved.
         frame = _principal_frame(rest, turn)
-        return replace(frame, moments=tidy_array(factor * frame.moments))
+        return frame._replace(moments=tidy_array(factor * frame.moments))
     _require_short(tensor, "moments")
     roots: list[Expr] = []
     for block in matrices.blocks(tensor.tolist()):

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import Any, NamedTuple
@@ -112,7 +111,7 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     if "orbit.until" in passes:
         times, reason, more = ended(passes["orbit.until"], solution, times, until)
         end, remarks = (float(times[-1]), reason), [*remarks, *more]
-        solution = replace(solution, knots=cut(solution.knots, times[-1]))
+        solution = solution._replace(knots=cut(solution.knots, times[-1]))
     if orbit.section is not None:
         chosen, more = section_times(passes["orbit.section.at"], solution, orbit.section.direction)
         times, remarks = np.array(sorted({*times.tolist(), *chosen.tolist()})), [*remarks, *more]
@@ -325,7 +324,7 @@ def by_exponential(
         # In place of the integral of dH/dt, which it does not have.
         longer = partial(np.pad, pad_width=((0, 0), (0, 1)))
         sizes = np.append(found.largest, 0.0)
-        return replace(found, sample=lambda times: longer(found.sample(times)), largest=sizes)
+        return found._replace(sample=lambda times: longer(found.sample(times)), largest=sizes)
 
     return motion
 
