@@ -162,68 +162,77 @@ def padded(count: int) -> NDArray[np.int_]:
     return np.minimum(np.arange(-(-count // COLUMNS) * COLUMNS), count - 1)
 
 
+# Where arrays keep the stages. Stages 1 and 2 share a place, as no row of the tableau has both.
+PLACES = np.array([1, 0, 0, *range(2, 11)])
+
+
 class ArraySteps:
     """Steps of the method for m columns at once, from states (n by m), each by a length of its own (m).
 
     m is a multiple of COLUMNS. The arrays in which a step is worked out are used again for the next one, as
-    new memory would cost as much as the arithmetic. `increments` (12 by n by m) are h times the stages.
+    new memory would cost as much as the arithmetic. `increments` (11 by n by m) are h times the stages.
+    Errors are in units of the `tolerance` (m), and `parts` are the rows of each block.
     """
 
-    def __init__(self, f: Elements, shape: tuple[int, ...]) -> None:
-        self.f, self.shape = f, shape
-        self.increments = np.empty((len(STAGES), *shape))
+    def __init__(
+        self,
+        f: Elements,
+        shape: tuple[int, ...],
+        tolerance: Floats | float = 1.0,
+        parts: Sequence[slice] = (),
+    ) -> None:
+        self.f, self.shape, self.tolerance, self.parts = f, shape, tolerance, parts
+        self.lax, self.ones = np.power(tolerance, 0.75), np.ones(shape[0])
+        self.increments = np.empty((len(STAGES) - 1, *shape))
         self.state, self.time = np.empty(shape), np.empty(shape[1])
-        self.flat, self.rows = self.increments.reshape(len(STAGES), -1), list(self.state)
         # Loops over rows of arrays make views of them, which takes as long as the arithmetic of a short row.
-        self.targets = [list(stage) for stage in self.increments]
+        self.rows, self.flat = list(self.state), self.state.reshape(-1)
+        targets = [list(self.increments[place]) for place in PLACES[1:]]
+        self.plan = [*zip(map(self.part, STAGES[1:]), NODES[1:], targets, strict=True)]
+        self.step, *self.errors = map(self.part, (WEIGHTS, ERROR_5, ERROR_3))
 
-    def combined(self, weights: Floats, out: Floats | None = None) -> Floats:
-        """The sum (n by m) of the first increments with these weights."""
-        out = np.empty(self.shape) if out is None else out
-        np.dot(weights, self.flat[: len(weights)], out=out.reshape(-1))
-        return out
+    def part(self, weights: Floats) -> tuple[Floats, Floats]:
+        """The weights from the first to the last that is not zero, by their places, and those increments."""
+        used, every = np.flatnonzero(weights), np.zeros(len(self.increments))
+        every[PLACES[used]] = weights[used]
+        places = slice(PLACES[used].min(), PLACES[used].max() + 1)
+        return every[places], self.increments.reshape(len(every), -1)[places]
+
+    def total(self, part: tuple[Floats, Floats]) -> Floats:
+        """The sum (n by m) of some increments with their weights."""
+        weights, increments = part
+        total: Floats = weights.dot(increments).reshape(self.shape)
+        return total
 
     def after(self, t: Floats, h: Floats, y: Floats, k: Floats) -> Floats:
         """The states after the steps from y, where the slope is k; the increments are kept."""
-        np.multiply(k, h, out=self.increments[0])
-        for row, node, targets in zip(STAGES[1:], NODES[1:], self.targets[1:], strict=True):
-            self.combined(row, self.state)
-            self.state += y
-            np.multiply(h, node, out=self.time)
-            self.time += t
-            for slope, target in zip(self.f(self.time, *self.rows), targets, strict=False):
-                np.multiply(slope, h, out=target)
-        return y + self.combined(WEIGHTS)
+        f, rows, state, time, add, multiply = self.f, self.rows, self.state, self.time, np.add, np.multiply
+        multiply(k, h, self.increments[PLACES[0]])
+        for (weights, increments), node, targets in self.plan:
+            weights.dot(increments, self.flat)
+            add(state, y, state)
+            add(multiply(h, node, time), t, time)
+            for slope, target in zip(f(time, *rows), targets, strict=True):
+                multiply(slope, h, target)
+        return y + self.total(self.step)
 
     def with_error(
-        self,
-        t: Floats,
-        h: Floats,
-        y: Floats,
-        k: Floats,
-        sizes: Floats,
-        tolerance: Floats,
-        parts: Sequence[slice],
+        self, t: Floats, h: Floats, y: Floats, k: Floats, sizes: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """The errors (m) of the steps, the states after them, and their slopes, as `Step` has them.
 
-        They are in units of the `tolerance` (m). `sizes` (blocks by m) are those to which errors of blocks
-        are relative at least; `parts` are the rows of each block.
+        `sizes` (blocks by m) are those to which errors of blocks are relative at least.
         """
         after = self.after(t, h, y, k)
-        p, q = (norms(self.combined(row), parts) for row in (ERROR_5, ERROR_3))
-        for states in (self.increments[0], y, after):
-            sizes = np.maximum(sizes, norms(states, parts))
-        # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes.
-        errors = np.maximum(
-            p / np.sqrt(1 + np.square(0.1 * q / p)), q * (tolerance / np.sqrt(np.sqrt(tolerance)))
-        )
-        errors /= tolerance * sizes
-        # Without an error of order 5, nothing is to be made of that of order 3.
-        np.copyto(errors, 0.0, where=p == 0)
+        p, q = (norms(self.total(part), self.parts) for part in self.errors)
+        for states in (self.increments[PLACES[0]], y, after):
+            sizes = np.maximum(sizes, norms(states, self.parts))
+        # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes; NaN where both are zero.
+        errors = np.fmax(p / np.sqrt(1 + np.square(0.1 * q / p)), q * self.lax)
         slopes = slopes_of(self.f, t + h, after)
         # Of a number that is not finite, nought times it is NaN.
-        return errors.max(axis=0) + 0.0 * (after.sum(axis=0) + slopes.sum(axis=0)), after, slopes
+        check = 0.0 * self.ones.dot(after + slopes)
+        return (errors / sizes).max(axis=0) / self.tolerance + check, after, slopes
 
 
 def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
@@ -234,10 +243,10 @@ def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
 
 
 def norms(rows: Floats, parts: Sequence[slice]) -> Floats:
-    """The norm (blocks by m) of each block of rows (n by m)."""
+    """The norm (any by blocks by m) of each block of rows (any by n by m)."""
     if parts[-1].stop == len(parts):  # each is of one row
-        return np.abs(rows[: len(parts)])
-    return np.array([np.hypot.reduce(rows[part], axis=0) for part in parts])
+        return np.abs(rows[..., : len(parts), :])
+    return np.stack([np.hypot.reduce(rows[..., part, :], axis=-2) for part in parts], axis=-2)
 
 
 # Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache.

@@ -224,7 +224,7 @@ class _Lanes:
         method: ArraySteps | None = None
         turn = 0
         while True:
-            left = int(np.count_nonzero(~done))
+            left = len(done) - int(np.count_nonzero(done))
             if method is None or not left or left < len(done) - len(done) // MOST_WAITING:
                 for whole, part in zip(self.all, going, strict=True):
                     whole[..., active] = part
@@ -233,16 +233,18 @@ class _Lanes:
                 # Some that are done fill the columns up.
                 active = active[np.argsort(done, kind="stable")[: len(padded(left))]]
                 going = _Going(*(part[..., active] for part in self.all))
-                method = ArraySteps(self.f, going.y.shape)
+                done = self.alone[active] | (going.t == goal)
+                method = ArraySteps(self.f, going.y.shape, going.tolerance, self.problem.parts)
             if not turn % STEPS_PER_REPORT:
                 errors = rounding_errors(self.f, self.roundings, going.t, going.h, going.y, self.measured)
                 going.floors[:] = 2 * norms(errors, self.problem.parts) / going.tolerance
             going, bad = self._stepped(method, goal, active, going)
             if turn and not turn % LOOKS_AHEAD:
                 bad |= self.end - going.t > (MOST_TOGETHER - going.steps) * going.h
-            is_there = going.t == goal
-            self.alone[active[bad & ~is_there]] = True
-            done = is_there | self.alone[active]
+            done |= going.t == goal
+            if np.count_nonzero(bad := bad & ~done):
+                self.alone[active[bad]] = True
+                done |= bad
             turn += 1
 
     def _stepped(self, method: ArraySteps, goal: float, active: Places, going: _Going) -> tuple[_Going, Mask]:
@@ -257,17 +259,17 @@ class _Lanes:
         np.copyto(to, goal, where=left <= going.h)
         h = to - t
         sizes = np.maximum(going.floors * h, going.least)
-        error, after, slopes = method.with_error(t, h, y, k, sizes, going.tolerance, self.problem.parts)
+        error, after, slopes = method.with_error(t, h, y, k, sizes)
         failed = ~(error <= 1.0)
         for ends, begins in ((to, t), (after, y), (slopes, k)):
             np.copyto(ends, begins, where=failed)
         moved = to > t
-        if (to >= going.due).any():
-            self._want(np.flatnonzero(to >= going.due), active, going, to)
+        is_due = to >= going.due
+        if np.count_nonzero(is_due):
+            self._want(np.flatnonzero(is_due), active, going, to)
         # No step is more than six times as long as the last, and none grows after one that failed.
         growth = np.minimum(0.9 / np.sqrt(np.sqrt(np.sqrt(error))), np.where(going.failed, 1.0, 6.0))
-        shrink = np.where(error < np.inf, np.maximum(growth, 0.1), 0.25)
-        h = np.minimum(h * np.where(failed, shrink, growth), going.longest)
+        h = np.minimum(h * np.fmax(growth, 0.1), going.longest)
         bad = failed & (h < SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end))
         older, last = going.older, going.last
         if len(last) > 1:
