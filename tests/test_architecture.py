@@ -31,10 +31,10 @@ from rigidcli.render.plots import LIBRARIES
 from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
-    "algebra": 3055,  # sizes count nodes; conserved quantities have parameters as coefficients
+    "algebra": 3048,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5265,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2064,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
-    "core": 4612,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4565,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3328,  # cures for people who know other tools; constraints, observables
     "fields": 2070,  # a section reads on with the key that is meant
     "homework": 8909,  # variants; one rule for whose a hand-in is; a file is what it answers

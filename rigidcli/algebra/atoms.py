@@ -106,7 +106,8 @@ class Terms:
     def sign(self) -> int | None:
         """1 or -1 where every term has that sign, 0 without terms, None where the terms do not tell."""
         signs = {
-            (1 if coefficient > 0 else -1) * all(atom.positive or _is_square(n) for atom, n in monomial)
+            (1 if coefficient > 0 else -1)
+            * all(atom.positive or n.denominator != 1 or n % 2 == 0 for atom, n in monomial)
             for monomial, coefficient in self.terms.items()
         }
         if not signs:
@@ -116,10 +117,6 @@ class Terms:
     def is_strict(self) -> bool:
         """Whether a term is positive or negative for all values, and not only where no symbol is zero."""
         return any(all(atom.positive for atom, _ in monomial) for monomial in self.terms)
-
-
-def _is_square(exponent: Rational) -> bool:
-    return exponent.denominator != 1 or exponent.numerator % 2 == 0
 
 
 def _place(term: tuple[Monomial, Rational]) -> tuple[object, ...]:

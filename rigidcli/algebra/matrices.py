@@ -86,19 +86,15 @@ def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | 
 def _adjugate(matrix: Matrix, most_terms: int) -> list[list[Expr]] | None:
     size = len(matrix)
     whole = determinant(matrix) if size <= LARGEST else ZERO
-    if is_zero(whole) or (size > 1 and _terms(whole) > most_terms):
+    try:
+        if is_zero(whole) or (size > 1 and len(expand(whole).terms) > most_terms):
+            return None
+    except ExpressionError:
         return None
     whole, result = tidy(whole), [[ZERO] * size for _ in matrix]
     for i, j in combinations_with_replacement(range(size), 2):
         result[i][j] = result[j][i] = tidy(minor(matrix, i, j) * (-1) ** (i + j) / whole)
     return result
-
-
-def _terms(e: Expr) -> float:
-    try:
-        return len(expand(e).terms)
-    except ExpressionError:
-        return math.inf
 
 
 def minor(matrix: Matrix, row: int, column: int) -> Expr:

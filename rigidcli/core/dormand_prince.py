@@ -93,7 +93,19 @@ def source(blocks: Sequence[int]) -> str:
     chance, but hardly q as well: so that of order 3 must stay below the fourth root of the tolerance, as
     it does in any regular step.
     """
-    lines, first = _stages(sum(blocks)), 0
+    count, first = sum(blocks), 0
+    every = range(count)
+    lines = [f"{_row('y', count)} = y", f"{_row('k0_', count)} = k", "a = abs(h)", "lax = tolerance**0.75"]
+    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
+        if stage:
+            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
+            lines.append(f"{_row(f'k{stage}_', count)} = f(t + {node!r}*h, {arguments})")
+    for i in every:
+        lines.append(f"s = {_sum(WEIGHTS, i)}")
+        lines.append(f"z{i} = y{i} + h*s")
+        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
+        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
+    lines += ["error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
     for number, size in enumerate(blocks):
         block = range(first, first := first + size)
         lines.append(f"p = {_norm('p', block)}")
@@ -110,28 +122,12 @@ def source(blocks: Sequence[int]) -> str:
     # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
     lines.append("error += 0.0*check")
     lines.append("if not error <= 1.0: return error, y, k")
-    lines += [f"z = ({_row('z', sum(blocks))})", "k = f(t + h, *z)", "return error + 0.0*sum(k), z, k"]
+    lines += [f"z = ({_row('z', count)})", "k = f(t + h, *z)", "return error + 0.0*sum(k), z, k"]
     return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines])
 
 
 def _row(letter: str, count: int) -> str:
     return "".join(f"{letter}{i}, " for i in range(count))
-
-
-def _stages(count: int) -> list[str]:
-    """The statements of a step up to its errors."""
-    every = range(count)
-    lines = [f"{_row('y', count)} = y", f"{_row('k0_', count)} = k", "a = abs(h)", "lax = tolerance**0.75"]
-    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
-        if stage:
-            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
-            lines.append(f"{_row(f'k{stage}_', count)} = f(t + {node!r}*h, {arguments})")
-    for i in every:
-        lines.append(f"s = {_sum(WEIGHTS, i)}")
-        lines.append(f"z{i} = y{i} + h*s")
-        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
-        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
-    return [*lines, "error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
 
 
 @cache
@@ -175,11 +171,7 @@ class ArraySteps:
     """
 
     def __init__(
-        self,
-        f: Elements,
-        shape: tuple[int, ...],
-        tolerance: Floats | float = 1.0,
-        parts: Sequence[slice] = (),
+        self, f: Elements, shape: tuple[int, ...], tolerance: Floats | float = 1, parts: Sequence[slice] = ()
     ) -> None:
         self.f, self.shape, self.tolerance, self.parts = f, shape, tolerance, parts
         self.lax, self.ones = np.power(tolerance, 0.75), np.ones(shape[0])

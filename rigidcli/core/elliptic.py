@@ -132,7 +132,9 @@ def carlson_rj(x: Any, y: Any, z: Any, p: Any) -> Any:
     total, weight = 0.0, 1.0
     while True:
         d = (p + x) * (p + y) * (p + z)
-        total = total + 6 * weight / d * _rc_beside_one((p - x) * (p - y) * (p - z) / d)
+        # R_C(1, 1 + e) = atan(sqrt(e))/sqrt(e) for e >= 0 up to rounding, DLMF 19.2.18.
+        root = np.sqrt(np.maximum((p - x) * (p - y) * (p - z) / d, 1e-40))
+        total = total + 6 * weight / d * (np.arctan(root) / root)
         product = x * y + y * z + z * x
         x2, y2, z2, p2 = ((root * root + product) / 4 for root in (x, y, z, p))
         weight /= 4
@@ -153,12 +155,6 @@ def carlson_rj(x: Any, y: Any, z: Any, p: Any) -> Any:
         + e5 * (3 / 26 - e2 * 9 / 68)
     )
     return total + weight * (1 + series) / (mean * np.sqrt(mean))
-
-
-def _rc_beside_one(e: Any) -> Any:
-    """R_C(1, 1 + e) for e >= 0 up to rounding, DLMF 19.2.18."""
-    root = np.sqrt(np.maximum(e, 1e-40))
-    return np.arctan(root) / root
 
 
 def growth(n: Any, k: Any, complement: Any, sn: Floats, cn: Floats, dn: Floats) -> Any:

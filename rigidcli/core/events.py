@@ -56,7 +56,10 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
     if len(grid) < 2 or not np.any(at):
         return Events(none, none > 0, none, gap)
     near *= float(np.abs(at).max())
-    signs = _signs(np.where(np.abs(at) <= 4 * EPS * np.abs(at).max(), 0.0, at))
+    # A zero has the sign of the value before it, or at the start that of the next.
+    known = np.flatnonzero(np.abs(at) > 4 * EPS * np.abs(at).max())
+    before = np.searchsorted(known, np.arange(len(at)), side="right") - 1
+    signs = np.sign(at)[known[np.maximum(before, 0)]]
     valleys, least, depth = _valleys(values, grid, at * signs, signs)
     is_touch = np.abs(depth) <= near
     # The start is no place where anything passes or touches.
@@ -73,13 +76,6 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
     is_pass = (np.abs(values(times)) <= ends) & (times > grid[0] + 1e-9 * (grid[1] - grid[0]))
     order = np.argsort(times[is_pass], kind="stable")
     return Events(times[is_pass][order], (first < 0)[is_pass][order], touched, gap)
-
-
-def _signs(at: Floats) -> Floats:
-    """The sign of each value, not all zero; a zero has that of the value before, or at the start the next."""
-    signs, known = np.sign(at), np.flatnonzero(at)
-    place = np.searchsorted(known, np.arange(len(at)), side="right") - 1
-    return signs[known[np.maximum(place, 0)]]
 
 
 def _valleys(

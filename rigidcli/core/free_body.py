@@ -209,7 +209,7 @@ def sensitivity(tensor: Floats, omegas: Floats, orientations: Floats, times: Flo
         return motions(entries, omegas, orientations, sample, rounded=False)[1]
 
     inputs = [*tensor[rows, columns], *omegas.T]
-    return to_rounding(moved, inputs, inputs, motions(tensor, omegas, orientations, sample)[1])
+    return to_rounding(moved, inputs, motions(tensor, omegas, orientations, sample)[1])
 
 
 COUPLED_NOISE = 8 * EPS  # The rounding error of a tensor that is not diagonal, in units of its largest entry.

@@ -248,6 +248,4 @@ def sensitivity(
     # they do is no measure of what one does.
     ulps = 1 if given.limits.complement < 1e-6 else ULPS_MOVED
     orientations = given.at(sample)[1][None]
-    return float(
-        to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, inputs, orientations, ulps)[0]
-    )
+    return float(to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, orientations, ulps)[0])

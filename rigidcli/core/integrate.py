@@ -76,19 +76,8 @@ def integrate(
     good = sum(sizes) == len(y0) and all(sizes) and np.isfinite(y0).all()
     if not (good and 0 < tolerance < 1 and longest > 0 and math.isfinite(t1 - t0)):
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
-    problem = InitialValues(
-        flow,
-        y0,
-        (t0, t1),
-        max(tolerance, 1e-15),  # floats hold no more digits
-        sizes,
-        longest,
-        stops,
-        roundings,
-        project,
-        name,
-        _by_percent(progress, t0, t1),
-    )
+    least, tell = max(tolerance, 1e-15), _by_percent(progress, t0, t1)  # floats hold no more digits
+    problem = InitialValues(flow, y0, (t0, t1), least, sizes, longest, stops, roundings, project, name, tell)
     engine, note = _allowed(engine, problem) if like is None else (like.engine, None)
     match engine:
         case "symplectic":

@@ -156,8 +156,5 @@ def walls(watched: Watched, solution: Solution) -> Floats:
         powers = share[:, None] ** np.arange(len(NEAR_ENDS))
         return values(times, *np.einsum("ki,kij->jk", powers @ POLYNOMIALS, near[place]))
 
-    found = (
-        landmarks(along, grid(np.sort(order[:256])), 32, ROUNDS_TO_A_SOLUTION),
-        landmarks(between, grid(far), 32, ROUNDS_TO_A_SOLUTION),
-    )
-    return np.concatenate(found)
+    ways = (along, np.sort(order[:256])), (between, far)
+    return np.concatenate([landmarks(way, grid(places), 32, ROUNDS_TO_A_SOLUTION) for way, places in ways])

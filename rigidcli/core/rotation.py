@@ -75,8 +75,11 @@ def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> tup
     misses = np.abs([[arithmetic.size(entry) for entry in row] for row in defect])
     miss = float(misses.max())
     allowed = np.full((3, 3), 1e-9)
-    if not arithmetic.exact and (half := _half_unit(matrix)):
-        sums = np.abs(matrix).sum(axis=0)
+    if not arithmetic.exact:
+        # The last digit of entries that are printed with equally many digits, or decimals.
+        typed = [Decimal(f"{entry:.15g}").normalize().as_tuple() for entry in matrix.flat]
+        digits = min(max(len(one.digits) for one in typed), max(-int(one.exponent) for one in typed))
+        half, sums = 0.5 * 10.0**-digits if digits >= 3 else 0.0, np.abs(matrix).sum(axis=0)
         allowed = np.maximum(allowed, half * np.add.outer(sums, sums) + 3 * half**2)
     if (misses > allowed).any() or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
         raise ValueProblem(
@@ -92,13 +95,6 @@ def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> tup
         return matrix - matrix @ defect / 2, miss
     left, _, right = np.linalg.svd(matrix)
     return left @ right, miss
-
-
-def _half_unit(matrix: Floats) -> float:
-    """Half a unit in the last digit of the entries, printed with equally many digits or decimals; or 0."""
-    typed = [Decimal(f"{entry:.15g}").normalize().as_tuple() for entry in matrix.flat]
-    digits = min(max(len(one.digits) for one in typed), max(-int(one.exponent) for one in typed))
-    return 0.5 * 10.0**-digits if digits >= 3 else 0.0
 
 
 def onto(axis: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
@@ -235,7 +231,6 @@ def representative(times: Floats) -> Floats:
 def to_rounding(
     orientations: Callable[[Sequence[Any]], Floats],
     inputs: Sequence[Any],
-    sizes: Sequence[Any],
     reference: Floats,
     ulps: int = ULPS_MOVED,
 ) -> Floats:
@@ -247,9 +242,9 @@ def to_rounding(
     input takes the body somewhere else altogether, nothing is certain, and the angle is pi.
     """
     squares = np.zeros(reference.shape[:2])
-    for place, size in enumerate(sizes):
-        if np.any(size):
-            moved = [*inputs[:place], inputs[place] + ulps * EPS * size, *inputs[place + 1 :]]
+    for place, value in enumerate(inputs):
+        if np.any(value):
+            moved = [*inputs[:place], value + ulps * EPS * value, *inputs[place + 1 :]]
             angle = angles_between(reference, orientations(moved))
             squares += np.where(angle < LARGEST_LINEAR_TURN, angle / ulps, np.pi) ** 2
     largest: Floats = np.clip(np.sqrt(squares.max(axis=1, initial=0.0)), ROUNDING_OF_QUATERNION, np.pi)

@@ -108,10 +108,16 @@ class March:
 
     def _cross_stop(self, beyond: float) -> None:
         """Go to the time just `beyond` a stop; at the start only where the slopes jump."""
-        across = _across(self.f, self.t, self.y, self.k, beyond)
-        if across is not None and (len(self.times) > 1 or _jumps(self.k, across[1])):
-            self.landed = beyond
-            self._append(beyond, *across)
+        h = beyond - self.t
+        with suppress(*NO_VALUE):
+            slope = self.f(beyond, *(value + h * rate for value, rate in zip(self.y, self.k, strict=True)))
+            rates = zip(self.y, self.k, slope, strict=True)
+            after = [value + h * (one + two) / 2 for value, one, two in rates]
+            slope = self.f(beyond, *after)
+            jump, size = math.dist(self.k, slope), max(math.hypot(*self.k), math.hypot(*slope))
+            if (len(self.times) > 1 or jump > 0.01 * size) and all(map(math.isfinite, slope)):
+                self.landed = beyond
+                self._append(beyond, after, slope)
 
     def _append(self, t: float, y: State, k: State) -> None:
         self.t, self.y, self.k = t, y, k
@@ -192,22 +198,6 @@ def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[fl
             yield (low if ahead * (low - before) > 0 else before), high
             before = high
     yield end, end
-
-
-def _across(f: Function, t: float, y: State, k: State, to: float) -> tuple[State, State] | None:
-    """The state and its slope at a time just beyond a jump; None where f has no value there."""
-    h = to - t
-    with suppress(*NO_VALUE):
-        slope = f(to, *(value + h * rate for value, rate in zip(y, k, strict=True)))
-        after = [value + h * (one + two) / 2 for value, one, two in zip(y, k, slope, strict=True)]
-        slope = f(to, *after)
-        if all(map(math.isfinite, slope)):
-            return after, slope
-    return None
-
-
-def _jumps(one: State, two: State) -> bool:
-    return math.dist(one, two) > 0.01 * max(math.hypot(*one), math.hypot(*two))
 
 
 def least_sizes(problem: InitialValues, f: Function) -> State:
