@@ -99,15 +99,13 @@ class Document(Section):
             hint = "a top and a weight have their own: `top.gravity`, `motion.torque.gravity`"
             yield ValueProblem("nothing uses it without an `axis`", path=("gravity",), hint=hint)
         about, body = raw.get("about"), raw.get("body")
-        if isinstance(about, str) and about not in (points := ["origin", "com"]):
+        if isinstance(about, str) and about not in (names := ["origin", "com"]):
             name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)
             shape = import_module("rigidcli.bodies.shapes").SHAPES.get(str(name))
-            points += () if shape is None else shape.ANCHORS
-            if about not in points:
+            names += () if shape is None else shape.ANCHORS
+            if about not in names:
                 cure = list_meant(about)
-                yield ValueProblem(
-                    not_one_of(about, points), path=("about",), hint=cure and f"write `{cure}`"
-                )
+                yield ValueProblem(not_one_of(about, names), path=("about",), hint=cure and f"write `{cure}`")
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
@@ -338,6 +336,11 @@ class Physical:
         """The principal frame about the point O, in components along these axes (columns, 3 by 3)."""
         assert self.body is not None
         return self.body.principal_frame(self.tensor, self.point, axes, self.arithmetic)
+
+    @cached_property
+    def frame(self) -> PrincipalFrame:
+        """The principal frame about O, along the axes of the results. Raises ComputationError if too long."""
+        return self.frame_along(self.axes)
 
     @cached_property
     def direction(self) -> Array | None:

@@ -129,11 +129,6 @@ def _pendulum(document: Document, u: Array, moment: Scalar) -> dict[str, Array |
     return dict(zip(keys, (length, period, blow), strict=True))
 
 
-def body_frame(document: Document) -> PrincipalFrame:
-    """The principal frame about O, along the axes of the results. Raises ComputationError if too long."""
-    return document.physical.frame_along(document.physical.axes)
-
-
 def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
     """Raise DocumentError where a top without a moment about its symmetry axis is to spin about it."""
     n = document.arithmetic

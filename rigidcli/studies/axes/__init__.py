@@ -15,14 +15,7 @@ from rigidcli.core.tensor import ROUNDING_OF_SUM, rounded_off
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, Report
-from rigidcli.studies.body import (
-    axis_fields,
-    body_frame,
-    inertia_fields,
-    lost_digits,
-    mesh_fields,
-    require_one_start,
-)
+from rigidcli.studies.body import axis_fields, inertia_fields, lost_digits, mesh_fields, require_one_start
 from rigidcli.studies.common import field_of, if_known, report, worked
 from rigidcli.studies.pictures import drawn
 
@@ -40,7 +33,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     tensor = of_inertia["tensor"].value
     motion, frame, notes = document.motion, None, []
     try:
-        frame = body_frame(document)
+        frame = document.physical.frame
         if not frame.ordered:
             notes.append("the order of the moments depends on the parameters")
         notes += lost_digits("lambda1", frame.moments[0], frame.axes[0], tensor)

@@ -22,7 +22,7 @@ from rigidcli.document.motion import Motion, OwnTorque, Top, Weight
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.report import NOISE, Column, Table
-from rigidcli.studies.body import body_frame, principal_omega, require_spin
+from rigidcli.studies.body import principal_omega, require_spin
 from rigidcli.studies.common import RESULTS, noise, require_values
 
 # The work and the impulse of a torque until each time (n, 4), in given units of L and of omega.
@@ -78,7 +78,7 @@ def initial_value_problem(document: Document) -> InitialValueProblem:
 def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
     if document.body is None:
         raise document.refusal("missing, expected a body", "body")
-    physical, frame = document.physical, body_frame(document)
+    physical, frame = document.physical, document.physical.frame
     axes = physical.axes @ frame.axes.T
     along = principal_omega(document, frame)
     omega = axes @ along if motion.basis == "principal" else np.array(motion.omega)

@@ -19,7 +19,6 @@ from rigidcli.document.document import Document
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
-from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
 
 MOST_POINTS = 2_000  # the most point masses that are drawn, evenly chosen, so that a picture is small
@@ -34,7 +33,7 @@ LENGTH_OF_AXES = 1.25
 def ellipsoid(document: Document) -> Picture:
     """Poinsot's ellipsoid x.I.x = 1 about O with the principal axes, in its own unit, without the body."""
     require_values(document, "a picture")
-    if not (body_frame(document).moments > 0).all():
+    if not (document.physical.frame.moments > 0).all():
         raise UsageError("the ellipsoid of inertia needs moments about all axes")
     return replace(body(document, is_drawn=False), kind="ellipsoid")
 
@@ -42,7 +41,7 @@ def ellipsoid(document: Document) -> Picture:
 def body(document: Document, is_drawn: bool = True) -> Picture:
     """The body along the axes of the results. Raises DocumentError where a parameter has no value."""
     require_values(document, "a picture")
-    frame, physical = body_frame(document), document.physical
+    physical, frame = document.physical, document.physical.frame
     forms, axes = marks_of_body(document) if is_drawn else (), physical.axes
     marks = [replace(mark, points=moved(mark.points, axes, np.zeros(3))) for mark in forms]
     centre = axes.T @ physical.point if marks else np.zeros(3)
@@ -133,8 +132,7 @@ def semi_axes(moments: Floats, level: float) -> Floats | None:
     """
     if not (moments > 0).all() or level <= 0:
         return None
-    axes: Floats = np.sqrt(level / moments)
-    return axes
+    return np.asarray(np.sqrt(level / moments))
 
 
 def ellipsoid_lines(

@@ -17,7 +17,7 @@ from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.errors import DocumentError, Problem, RigidError
 from rigidcli.report import Column, Field, Report, Table, Value
 from rigidcli.scene import Scene
-from rigidcli.studies.body import body_frame, lost_digits, principal_omega, require_one_start, require_spin
+from rigidcli.studies.body import lost_digits, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import RESULTS, field_of, if_known, report, worked
 from rigidcli.studies.pictures import drawn
 
@@ -170,7 +170,7 @@ def _at_tilt(
 
 
 def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
-    n, frame = document.arithmetic, body_frame(document)
+    n, frame = document.arithmetic, document.physical.frame
     omega = principal_omega(document, frame)
     momentum = n.tidy(frame.moments * omega)
     values: dict[str, Value] = {

@@ -11,7 +11,7 @@ from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
-from rigidcli.studies.body import body_frame, principal_omega
+from rigidcli.studies.body import principal_omega
 from rigidcli.studies.common import field_of
 from rigidcli.studies.writing import filled, law
 
@@ -108,7 +108,7 @@ def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
 
 
 def _free(document: Document, free: Results) -> Step:
-    n, frame = document.arithmetic, body_frame(document)
+    n, frame = document.arithmetic, document.physical.frame
     axis = next((group[0] for group in frame.groups if len(group) == 1), 2)
     omega, L = principal_omega(document, frame), free["angular_momentum"]
     numbers = {"lambda1": frame.moments[1], "lambda3": frame.moments[axis], "omega3": omega[axis], "L": L}
