@@ -50,7 +50,7 @@ def _study(name: str) -> Study:
         picture: str | None = None,
         **options: Any,
     ) -> Result:
-        return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
+        return _run(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
     fields = ", ".join(dict.fromkeys(field.key.partition(".")[0] for field in RESULTS[name]))
     study.__name__ = study.__qualname__ = name
@@ -60,9 +60,7 @@ def _study(name: str) -> Study:
     return study
 
 
-def _answer(
-    row: Command, source: Source, exact: bool, settings: Settings, options: Mapping[str, Any]
-) -> Result:
+def _run(row: Command, source: Source, exact: bool, settings: Settings, options: Mapping[str, Any]) -> Result:
     """The result of a study, which repeats it for pictures and a replay when these are seen."""
     run: Callable[..., Report] = import_module(f"rigidcli.studies.{row.name}").run
     if unknown := options.keys() - inspect.signature(run).parameters.keys():

@@ -115,8 +115,7 @@ class Chart:
         """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""
         steps = [1 if arc is None else FACES_OF_RIGHT_ANGLE * right_angles(arc) for arc in self.coordinates]
         axes = [np.array([end]) if k == fixed else np.linspace(0, 1, 1 + n) for k, n in enumerate(steps)]
-        grids = np.meshgrid(*axes, indexing="ij")
-        spot = self.at(np.array([grid.ravel() for grid in grids]))
+        spot = self.at(np.array([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")]))
         places = np.stack([spot.x, spot.y, spot.z], axis=-1) + np.asarray(self.origin, dtype=np.float64)
         return places.reshape(*(len(axis) for axis in axes if len(axis) > 1), 3)
 

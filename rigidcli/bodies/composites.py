@@ -277,8 +277,7 @@ class Composite(Form):
         """All shapes in the composite, at any depth, with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
-            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [Leaf(part)]
-            for leaf in inner:
+            for leaf in part.leaves(arithmetic) if isinstance(part, Composite) else [Leaf(part)]:
                 yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
 
 
@@ -337,8 +336,7 @@ class Leaf:
 
     def points(self) -> Floats:
         """Points of the leaf."""
-        placed: Floats = self.rotation @ self.region.net() + self.displacement[:, None]
-        return placed
+        return np.asarray(self.rotation @ self.region.net() + self.displacement[:, None])
 
     def density_at(self, points: Floats, inside: Mask) -> Floats:
         """The density at the points that are inside, and zero at the others."""

@@ -159,8 +159,7 @@ class Form(Section):
 
     def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        local = self.local(arithmetic)
-        return mass_properties.place(local, *self.motion(arithmetic), arithmetic)
+        return mass_properties.place(self.local(arithmetic), *self.motion(arithmetic), arithmetic)
 
     def principal_frame(self, inertia: Array, point: Array, axes: Array, n: Arithmetic) -> PrincipalFrame:
         """The principal frame about `point` (3, m), where the tensor is `inertia` (3 by 3, kg m^2).

@@ -177,8 +177,7 @@ def _obj(data: bytes, path: Path) -> Polygons:
     values, counts = _numbers(faces, path)
     corners = _indices(values, path)
     so_far = np.repeat(np.array(before, dtype=np.intp), counts)
-    corners = np.where(corners < 0, corners + so_far, corners - 1)
-    return _points(vertices, path), counts, corners
+    return _points(vertices, path), counts, np.where(corners < 0, corners + so_far, corners - 1)
 
 
 def _off(data: bytes, path: Path) -> Polygons:
@@ -236,8 +235,7 @@ def _points(lines: Sequence[Line], path: Path) -> Floats:
     for short in np.flatnonzero(counts < 3)[:1]:
         read = f"read {counts[short]} numbers, expected the 3 of a vertex"
         raise ValueProblem(f"{path}:{lines[short][0]}: {read}")
-    points: Floats = values[(np.cumsum(counts) - counts)[:, None] + np.arange(3)]
-    return points
+    return np.asarray(values[(np.cumsum(counts) - counts)[:, None] + np.arange(3)])
 
 
 def _indices(values: Floats, path: Path) -> Numbers:
@@ -296,8 +294,7 @@ def _work(path: Path) -> bytes:
     """What the process answers: the triangles, or why there are none."""
     from rigidcli.sandbox import Limits, confine  # which only this process needs
 
-    size = path.stat().st_size
-    room = min(2**30 + TIMES_THE_FILE * size, memory.available())
+    room = min(2**30 + TIMES_THE_FILE * path.stat().st_size, memory.available())
     confine(Limits(memory=int(room)), 1)  # standard output stays open, and nothing else
     try:
         kind = path.suffix[1:].lower()

@@ -236,8 +236,7 @@ class Surface:
     def centre(self) -> Floats:
         """The centre (3), from the origin of the sums."""
         with np.errstate(divide="ignore"):
-            centre: Floats = self._first / (4 * np.float64(self.volume))
-        return centre
+            return np.asarray(self._first / (4 * np.float64(self.volume)))
 
     @property
     def second(self) -> Floats:
@@ -245,8 +244,7 @@ class Surface:
         with np.errstate(divide="ignore"):
             # That of a tetrahedron with vertices at d, of sum s, is (sum d d^T + s s^T)/20 about the origin.
             mean = self._products / (20 * np.float64(self.volume))
-        second: Floats = mean - np.outer(self.centre, self.centre)
-        return second
+        return np.asarray(mean - np.outer(self.centre, self.centre))
 
     @property
     def cancelled(self) -> float:
@@ -275,8 +273,7 @@ def normals(triangles: Floats) -> Floats:
     """Unit vectors (k, 3) out of triangles (k, 3, 3); zero where one has no area."""
     across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
-    unit: Floats = across / np.where(lengths == 0, 1, lengths)
-    return unit
+    return np.asarray(across / np.where(lengths == 0, 1, lengths))
 
 
 def simplified(corners: Floats, box: Floats, cells: int) -> Floats:
@@ -294,8 +291,7 @@ def simplified(corners: Floats, box: Floats, cells: int) -> Floats:
         vertices[number] = block.transpose(0, 2, 1)
         one, two, three = number
         numbers.append(np.unique(number[:, (one != two) & (two != three) & (three != one)], axis=1))
-    triangles: Floats = vertices[np.unique(np.concatenate(numbers, axis=1), axis=1).T]
-    return triangles
+    return np.asarray(vertices[np.unique(np.concatenate(numbers, axis=1), axis=1).T])
 
 
 # --- inside and outside
@@ -365,8 +361,7 @@ class _Squares:
     def hold_lines(self, low: Floats, high: Floats) -> Mask:
         """Whether there are lines in the squares that rectangles from `low` to `high` (2, n) touch."""
         (a, b), (c, d), below = self._places(low), self._places(high) + 1, self.below
-        some: Mask = below[c, d] - below[a, d] - below[c, b] + below[a, b] > 0
-        return some
+        return np.asarray(below[c, d] - below[a, d] - below[c, b] + below[a, b] > 0)
 
 
 def _sheared(points: Floats, centre: Floats) -> Floats:

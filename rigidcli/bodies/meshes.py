@@ -85,8 +85,7 @@ class Mesh(Form):
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (n; m, axes of the file) are inside; of too many, some are taken to be."""
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
-        inside: Mask = self.checked.surface.windings(points) != 0
-        return inside
+        return np.asarray(self.checked.surface.windings(points) != 0)
 
     def net(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
@@ -98,8 +97,7 @@ class Mesh(Form):
         depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
         places = np.concatenate([middles, corners + CORNERS_DRAWN_IN * (middles - corners)], axis=1)
         points = (places - depth * normals(corners)[:, None]).reshape(-1, 3).T * self.unit
-        inside: Floats = points[:, self.contains(*points)]
-        return inside
+        return np.asarray(points[:, self.contains(*points)])
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""

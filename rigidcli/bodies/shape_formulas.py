@@ -116,8 +116,7 @@ def polygon(n: Arithmetic, vertices: solids.Outline) -> Figure:
 
     def outline() -> Floats:
         turn, origin = solids.plane_of(corners())
-        flat: Floats = ((corners() - origin) @ turn)[:, :2]
-        return flat
+        return np.asarray(((corners() - origin) @ turn)[:, :2])
 
     def parts() -> list[charts.Chart]:
         triangles, areas = solids.triangles(n.array(vertices), n)

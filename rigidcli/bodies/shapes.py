@@ -165,12 +165,10 @@ class Shape(Form):
             return ValueProblem("unknown key", hint="write `hole: true`")
         for radius in halved(key):
             if radius in cls.model_fields:
-                cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
-                return unknown_key(radius, cure)
+                return unknown_key(radius, f"write `{radius}: {_half(raw[key])}`, half of the diameter")
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
-            hint = None if cls.holds(dimension, raw[key]) else cls.summary()
-            return unknown_key(dimension, hint)
+            return unknown_key(dimension, None if cls.holds(dimension, raw[key]) else cls.summary())
         return super()._unknown(key, raw, env)
 
     @classmethod
@@ -213,8 +211,7 @@ class Shape(Form):
     def point_named(self, anchor: str, arithmetic: Arithmetic) -> Array:
         """An anchor (3, m) where the shape is placed."""
         turn, shift = self.motion(arithmetic)
-        place: Array = shift + turn @ arithmetic.array(self.ANCHORS[anchor](self))
-        return place
+        return np.asarray(shift + turn @ arithmetic.array(self.ANCHORS[anchor](self)))
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
@@ -318,17 +315,15 @@ class Wire(Shape):
     PER: ClassVar = LINE_DENSITY
 
 
-def section(
-    primitive: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]
-) -> type[Shape]:
-    """The section of a primitive: the dimensions are its parameters after the first."""
-    _, *parameters = inspect.signature(primitive).parameters.values()
+def section(formula: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]) -> type[Shape]:
+    """The section of a shape: its dimensions are the parameters of its `formula` after the first."""
+    _, *parameters = inspect.signature(formula).parameters.values()
     fields: dict[str, Any] = {one.name: (one.annotation, ...) for one in parameters}
     density = Annotated[Scalar | BoundExpression, Density(kind.PER, "positive")] | None
     fields["density"] = density, Field(default=None, description=SAID)
-    title = primitive.__name__.title().replace("_", "")
-    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=primitive.__doc__, **fields))
-    made.primitive, made.ANCHORS, made.UNIT = primitive, anchors, kind.PER.unit
+    title = formula.__name__.title().replace("_", "")
+    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=formula.__doc__, **fields))
+    made.primitive, made.ANCHORS, made.UNIT = formula, anchors, kind.PER.unit
     return made
 
 

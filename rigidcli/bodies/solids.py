@@ -46,8 +46,7 @@ def simplex_moments(vertices: Array) -> tuple[Array, Array]:
 def in_simplex(vertices: Floats, points: Floats) -> Mask:
     """Which of the points (3 by n, m) lie in the tetrahedron (4 by 3, m)."""
     weights = np.linalg.solve((vertices[1:] - vertices[0]).T, points - vertices[0][:, None])
-    inside: Mask = (weights >= 0).all(axis=0) & (weights.sum(axis=0) <= 1)
-    return inside
+    return np.asarray((weights >= 0).all(axis=0) & (weights.sum(axis=0) <= 1))
 
 
 def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
@@ -120,8 +119,7 @@ def _ears(outline: Floats) -> list[tuple[int, int, int]]:
 def _sides(a: Floats, b: Floats, points: Floats) -> Floats:
     """Twice the signed areas of the triangles (a, b, point), positive for points to the left of a to b."""
     along, away = b - a, points - a
-    across: Floats = along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]
-    return across
+    return np.asarray(along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0])
 
 
 def plane_of(vertices: Array) -> tuple[Array, Array]:

@@ -14,8 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO, NamedTuple, Self
+from typing import Any, BinaryIO, NamedTuple, Self
 
 import typer
 
@@ -235,11 +234,9 @@ class Output:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         with _failures_of(self._path or ""):
-            self._whole.__exit__(kind, error, trace)
+            self._whole.__exit__(*error)
 
 
 class Folder(Output):
@@ -265,10 +262,8 @@ class Folder(Output):
             if file.suffix == ".html" and file.resolve().parent == self._folder.resolve():
                 raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is not None or not self._files:
+    def __exit__(self, *error: Any) -> None:
+        if any(error) or not self._files:
             return
         with _failures_of(str(self._folder)):
             self._folder.mkdir(exist_ok=True)

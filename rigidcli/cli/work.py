@@ -295,8 +295,7 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     source, files = document.source, tuple(document.files)
     require_one_start(document, work.options)
     places = range(len(document.ensemble)) if starts is None else starts
-    form = TRAITS[work.format].ensembles
-    parts = reports(document, alone.run, form, places, several)
+    parts = reports(document, alone.run, TRAITS[work.format].ensembles, places, several)
     if work.plot is not None and document.system is not None:
         from rigidcli.studies.ensembles import swarm
 

@@ -266,6 +266,5 @@ class Tide(Section):
             others = sum(moments[:index] + moments[index + 1 :])
             if n.sign(others - largest) == -1:
                 sums = f"{n.size(largest):.6g} > {n.size(others):.6g}, the sum of the others"
-                message = f"{sums}: no body has these"
-                raise ValueProblem(message, path=("moments", index))
+                raise ValueProblem(f"{sums}: no body has these", path=("moments", index))
         return self

@@ -308,10 +308,9 @@ def unit_of(text: str, dimension: Dimension | None) -> Unit:
         if dimension is not None:
             check_dimension(unit.text, unit.dimension, dimension)
     except ValueProblem:
-        is_doubtful = dimension is None and not has_negative_power
-        product = (
-            None if is_doubtful else unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
-        )
+        if dimension is None and not has_negative_power:
+            raise
+        product = unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
         if product is None:
             raise
         return product

@@ -252,13 +252,11 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
             yield from _refused(parameter, variants, name, library)
         if used or len(there) < len(named):
             continue
-        every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
-        message = (
-            f"no document of the questions has the parameter {shown(parameter)}{guess(parameter, every)}"
-        )
+        keys = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
+        message = f"no document of the questions has the parameter {shown(parameter)}{guess(parameter, keys)}"
         if documents:
             message = f"nothing in {', '.join(map(shown, documents))} uses this parameter"
-        hint = "leave it out" if documents or not every else f"there are {', '.join(every)}"
+        hint = "leave it out" if documents or not keys else f"there are {', '.join(keys)}"
         yield library.placed(("variants", parameter), message, hint)
 
 

@@ -163,8 +163,7 @@ def _listed(folder: Path, path: Path, group: int, way: tuple[str, ...], batch: B
         looked_into = [each for each in named if each in folders and not is_answer(each)]
         folders[:] = [each for each in looked_into if not Path(name, each).is_symlink()]
         for file in (here / each for each in named if each not in folders):
-            source = safe_name(path / file)
-            places.append(HandedFile(folder / file, source, group, (*way, *here.parts)))
+            places.append(HandedFile(folder / file, safe_name(path / file), group, (*way, *here.parts)))
     return places
 
 
@@ -275,8 +274,7 @@ def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
 
 def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
     """The parts of the name of an entry that is safe to write. Raises ValueError for others."""
-    kind = stat.S_IFMT(info.external_attr >> 16)
-    if kind not in (0, stat.S_IFREG):
+    if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG):
         raise ValueError("it is a link, or no file")
     if not parts or ".." in parts or ELSEWHERE & set("".join(parts)) or info.filename.startswith(("/", "\\")):
         raise ValueError("its name leads out of the folder")

@@ -88,8 +88,7 @@ def papers(
     for student in students:
         paper = _paper(student, looks, found)
         if student.meant and len(student.meant) > 1:
-            detail = f"it may be that of {listed(student.meant)}"
-            outcome = Unreadable("duplicate_key", detail).outcome
+            outcome = Unreadable("duplicate_key", f"it may be that of {listed(student.meant)}").outcome
             paper = Paper(student.name, None, next(iter(student.files)).source, outcome)
             doubtful.append(student.name)
         elif paper and student.meant is not None and not student.meant:
@@ -116,8 +115,7 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
                 keys = roster.first(names) if place.owners else keys
                 meant = [roster.labels[key] for key in sorted(keys)]
                 name = meant[0] if len(meant) == 1 else name
-            student = students.setdefault(folded(name), _Student(name, meant))
-            student.files[place] = owner
+            students.setdefault(folded(name), _Student(name, meant)).files[place] = owner
     return [*students.values()]
 
 

@@ -64,8 +64,7 @@ class Item:
 
     def judged(self, id: str, result: Outcome, answer: str = "", read_as: str = "") -> Judged:
         """The question of this name with the points that its outcome earns."""
-        score = round(result.share * self.points, PLACES)
-        marks = result.verdict, score, self.points, result.findings
+        marks = result.verdict, round(result.share * self.points, PLACES), self.points, result.findings
         return Judged(id, self.title, answer, read_as, *marks, values=dict(self.values))
 
 

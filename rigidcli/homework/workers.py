@@ -46,11 +46,7 @@ Result: TypeAlias = bytes | Unreadable
 
 
 def each(
-    work: Callable[[_Task], bytes],
-    tasks: Sequence[_Task],
-    jobs: int,
-    limits: Limits,
-    progress: Progress,
+    work: Callable[[_Task], bytes], tasks: Sequence[_Task], jobs: int, limits: Limits, progress: Progress
 ) -> Iterator[Result]:
     """The results of `work` for each task, in the order of tasks; `jobs` workers run at a time.
 

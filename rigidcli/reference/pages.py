@@ -40,8 +40,7 @@ class Entry(NamedTuple):
 @cache
 def stored() -> list[Entry]:
     """All entries, as they stand in entries.json."""
-    rows = json.loads(ENTRIES.read_text("utf-8"))
-    return [Entry(tuple(path), *rest) for path, *rest in rows]
+    return [Entry(tuple(path), *rest) for path, *rest in json.loads(ENTRIES.read_text("utf-8"))]
 
 
 def overview() -> str:
@@ -64,9 +63,7 @@ def explain(path: str) -> str:
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
     every, plain = stored(), _plain(path)
-    subjects = [
-        entry for entry in every if entry.path[0] == "subjects" and plain in map(_plain, entry.other_names)
-    ]
+    subjects = [one for one in every if one.path[0] == "subjects" and plain in map(_plain, one.other_names)]
     while not (matches := _called(steps)) and len(steps) > 1 and _called(steps[:1]):
         steps = steps[1:]
     matches = subjects + [entry for entry in matches if entry not in subjects]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -57,9 +56,8 @@ def in_units(report: Report, units: Units) -> Report:
     product of units of mass, length, time and angle (g cm^2), in which SI units stand for dimensions that
     have no unit in `units`. Where all units of the product would be SI units, the value stays as it is.
     """
-    fields, swept = (
-        tuple(map(partial(_field, units=units), entries)) for entries in (report.fields, report.swept)
-    )
+    fields = tuple(_field(entry, units) for entry in report.fields)
+    swept = tuple(_field(entry, units) for entry in report.swept)
     tables = tuple(_table(table, units) for table in report.tables)
     scene = report.scene
     if scene is not None:

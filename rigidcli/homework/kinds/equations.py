@@ -216,9 +216,7 @@ def _of(row: Mapping[str, Expr], names: Sequence[str]) -> list[Expr]:
     return [row.get(name, ZERO) for name in names]
 
 
-def _rows(
-    key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]
-) -> tuple[list[dict[str, Expr]], str]:
+def _rows(key: MotionKey, residuals: list[Node], unknowns: list[str]) -> tuple[list[dict[str, Expr]], str]:
     """The slopes of linear equations by their unknowns, and why other equations are left out."""
     rows, unclear = list[dict[str, Expr]](), ""
     for residual in residuals:
@@ -240,8 +238,6 @@ def _rows(
 
 def _zeros(key: MotionKey, e: Expr) -> str:
     """The states at which a determinant vanishes, though the motion goes on; empty if none."""
-    if not e.terms:
-        return "everywhere"
     # Where what the rates of the key are divided by is zero, there is no motion.
     poles = set[Atom]()
     for node in key.rates.values():

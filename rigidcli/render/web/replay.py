@@ -146,8 +146,7 @@ def _turns(scene: Scene, rows: Rows) -> Floats:
     along = along / np.where(size > 0, size, 1.0)[:, None]
     half = np.arctan2(sine, between[:, 0])
     half += np.pi * np.round((np.einsum("ij,ij->i", swept, along) / 2 - half) / np.pi)
-    turns: Floats = 2 * half[:, None] * along
-    return turns
+    return np.asarray(2 * half[:, None] * along)
 
 
 def _seconds(scene: Scene, turns: Floats | None) -> float:

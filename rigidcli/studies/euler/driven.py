@@ -164,8 +164,7 @@ def together(document: Document, first: InitialValueProblem, starts: Starts) -> 
 
 def _turned_apart(one: Floats, other: Floats) -> Floats:
     """The angles (k, or k by m; rad) between orientations in the states (k, 7, or k by 7 by m)."""
-    angles: Floats = 2 * np.linalg.norm((one - other)[:, :4], axis=1)
-    return angles
+    return np.asarray(2 * np.linalg.norm((one - other)[:, :4], axis=1))
 
 
 def _principal(problem: InitialValueProblem) -> tuple[Floats, Floats]:

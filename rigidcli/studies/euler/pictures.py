@@ -131,10 +131,8 @@ def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | 
     momentum = Column("L", length, ("|L|",), space.unit, (r"|\mathbf{L}|",), noise=space.noise)
     read = [columns["t"], columns["omega"], columns["kinetic_energy"], momentum]
     read += [columns["angles"]] if "angles" in columns else []
-    readings, orientation = (
-        Table("", "the motion", tuple(read), data=True),
-        rotation.continuous(motion.orientation),
-    )
+    readings = Table("", "the motion", tuple(read), data=True)
+    orientation = rotation.continuous(motion.orientation)
     return Scene("the motion in space", motion.problem.times, readings, stages, orientation, motion.omega)
 
 

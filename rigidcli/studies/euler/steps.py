@@ -70,6 +70,11 @@ def steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
     frame, free = motion.problem.frame, motion.free
     numbers = {f"lambda{k + 1}": float(moment) for k, moment in enumerate(frame.moments)}
     torque, acting = _torque(motion.problem)
+    around = ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+    equations = (
+        filled(f"(lambda{i} - lambda{j})*w{i}*w{j}", FLOAT, f"lambda{k} dw{k}/dt", torque[k - 1], **numbers)
+        for k, i, j in around
+    )
     yield Step(
         "Euler's equations",
         "Seen from the body, dL/dt + omega x L = N. Along e1, e2, e3, where L_k = lambda_k w_k, this is "
@@ -77,16 +82,7 @@ def steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
         (
             Field("", frame.moments, "principal moments", r"\lambda_{1,2,3}", "kg m^2", counts=True),
             Field("", frame.axes, "e1, e2, e3 (rows)", r"\mathbf{e}_{1,2,3}"),
-            *(
-                filled(
-                    f"(lambda{i} - lambda{j})*w{i}*w{j}",
-                    FLOAT,
-                    f"lambda{k} dw{k}/dt",
-                    torque[k - 1],
-                    **numbers,
-                )
-                for k, i, j in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
-            ),
+            *equations,
         ),
     )
     if motion.problem.weight.any():
@@ -102,7 +98,7 @@ def steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
                 f"x'' about e{i}",
                 **numbers,
             )
-            for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+            for i, j, k in around
             if all(numbers.values())
         ),
     )

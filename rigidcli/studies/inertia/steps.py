@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -62,11 +62,8 @@ def steps(document: Document, asked: Array) -> Iterator[Step]:
             )
     if document.frame is not None:
         sentence = "Along the axes of `frame`, the columns of R, the tensor is R^T I R."
-        yield Step(
-            "Axes of the results",
-            sentence,
-            _turned(physical.axes, asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}"),
-        )
+        turned = _turned(physical.axes, asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}")
+        yield Step("Axes of the results", sentence, turned)
 
 
 def _about_o(own: Array) -> Field:
@@ -84,11 +81,7 @@ def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> C
 
 
 def _center(
-    names: Sequence[str],
-    masses: Sequence[Scalar],
-    places: Sequence[Array],
-    whole: MassProperties,
-    n: Arithmetic,
+    names: list[str], masses: list[Scalar], places: list[Array], whole: MassProperties, n: Arithmetic
 ) -> Step:
     mass, place = n.array(masses), n.tidy(n.array(places))
     products = [n.tidy(mass * v) for v in place.T]
@@ -110,12 +103,7 @@ def _center(
 
 
 def _sum(
-    names: Sequence[str],
-    given: Sequence[Column],
-    terms: Sequence[Array],
-    heads: Sequence[str],
-    own: Array,
-    n: Arithmetic,
+    names: list[str], given: list[Column], terms: list[Array], heads: list[str], own: Array, n: Arithmetic
 ) -> Step:
     """The terms of the six entries of the tensor, one row a point or part, and their sums."""
     sums = [own[i, j] for _, _, i, j in PAIRS]
@@ -181,9 +169,8 @@ def _density(body: Form, density: BoundExpression, n: Arithmetic) -> Step:
     fields = [Field("", own.mass, "integral of dm", "M", "kg")]
     if n.exact:
         sentence = "The integrals go over the whole body, from the origin of the shape, term by term."
-        moments = (n.tidied(own.mass * part) for part in own.com)
-        pairs = zip("xyz", moments, strict=True)
-        fields += [Field("", moment, f"integral of {a} dm", "", "kg m") for a, moment in pairs]
+        for axis, part in zip("xyz", own.com, strict=True):
+            fields.append(Field("", n.tidied(own.mass * part), f"integral of {axis} dm", "", "kg m"))
     else:
         sentence = f"The integrals over dm = ({density.expression.text}) dV are worked out by quadrature."
         fields.append(Field("", own.integrated, "error, relative to the mass"))
