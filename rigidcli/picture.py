@@ -1,4 +1,4 @@
-"""Pictures of a result: marks along rulers, in panels, without looks."""
+"""Pictures of a result as data: panels with rulers, and marks in them. Renderers choose the looks."""
 
 from __future__ import annotations
 

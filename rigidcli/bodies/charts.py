@@ -84,8 +84,8 @@ class Chart:
     def rule(self, coordinate: int, degree: int = 0) -> tuple[Floats, Floats]:
         """Nodes from 0 to 1 and weights along a coordinate, for polynomials of this `degree` in the place.
 
-        Times the measure and products of two places these are polynomials of five degrees more at most, or
-        such in the sine and cosine of an angle.
+        The measure and products of two places add at most five degrees. Along an angle, the polynomials are
+        in its sine and cosine.
         """
         turn, count = self.coordinates[coordinate], 8 + degree
         if right_angles(turn) == 4:

@@ -416,8 +416,8 @@ def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
 def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     """Raise ValueProblem where a hole takes away what is not there.
 
-    Nothing is said where dimensions depend on symbols without a value, and of bodies in which a
-    known tensor stands for a shape that nobody has given.
+    Holes stay untested where dimensions depend on symbols without a value, and in bodies with a known tensor,
+    which have no given shape.
     """
     for leaf in leaves:
         if leaf.sign < 0 and not leaf.fills_space():

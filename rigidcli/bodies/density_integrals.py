@@ -91,8 +91,8 @@ def of_mesh(
     """Mass properties of a mesh with a density that varies, along the axes of its file, in a `unit` (m).
 
     Each triangle and a central point are the corners of a tetrahedron, whose volume is negative where the
-    triangle is seen from outside. What sticks out of the body is thus counted as often with one sign as with
-    the other, and the sums are right for a polynomial on any closed surface. In a tetrahedron Gauss's rule is
+    triangle is seen from outside. What sticks out of the body counts as often with one sign as with the
+    other. So the sums are right for a polynomial on any closed surface. In a tetrahedron Gauss's rule is
     exact: the conical product of A. Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.5.
     `contains` says which points (x, y, z in m) are inside.
 

@@ -301,10 +301,10 @@ def _windings(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.int
     """The windings round points, in coordinates about `centre` (3); None where there are too many pairs.
 
     The idea: in sheared coordinates (u, v, w) the line through a point goes along w. It meets a triangle if
-    the projection of the triangle on (u, v) holds the point, that is where all three edges turn round it in
-    one sense. A net of squares drops the triangles without a line near them; of the others, sorting the lines
-    by u gives those between the least and the largest u of a triangle as one range. All pairs of a triangle
-    and a line of its range are then worked as arrays, repeated as often as the range is long.
+    the projection of the triangle on (u, v) holds the point: all three edges turn round it in one sense. A
+    net of squares drops the triangles without a line near them. The lines are sorted by u, so that those
+    between the least and the largest u of a triangle are one range. All pairs of a triangle and a line of its
+    range are then worked as arrays, repeated as often as the range is long.
     """
     order = np.argsort(_sheared(points.T, centre)[0])
     u, v, w = _sheared(points[order].T, centre)

@@ -255,8 +255,8 @@ class _Urdf:
         """A mesh of density 1 in a frame.
 
         `package://` and the like stand for the folder of the robot, or for what is above the next name. None
-        where there is no such file, or a very large one, where another library would have to read it, once
-        for each link, and where the scales along x, y and z differ.
+        for a file that is missing, very large, or read by another library, which would start for each link;
+        and where the scales along x, y and z differ.
         """
         from rigidcli.bodies.mesh_files import OWN
 

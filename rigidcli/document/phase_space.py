@@ -160,7 +160,7 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
             problems.append(ValueProblem("belongs beside `find`", path=("find", key), hint=hint))
     kept = [name for name in names if name not in turning and name not in turned]
     if names and not kept and not problems:
-        problems.append(ValueProblem("no coordinate is left that the motion could keep where it is"))
+        problems.append(ValueProblem("no coordinate is left that rests at the equilibrium"))
     refuse("equilibrium", problems)
 
     def read(name: str, value: object) -> Expression:

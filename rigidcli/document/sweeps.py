@@ -59,7 +59,7 @@ class Range:
         text = exact_text(value, 0) if exact else repr(float(value))
         if exact and (self.is_rounded or self.logarithmic or ("/" in text and self.unit)):
             hint = "choose another COUNT, or list the values, as in `--sweep KEY=0,pi/4,pi/2`"
-            raise UsageError("a range whose values are rounded is none of exact numbers", hint=hint)
+            raise UsageError("the values of this range would be rounded, expected exact numbers", hint=hint)
         return f"{text} {self.unit}".rstrip()
 
 

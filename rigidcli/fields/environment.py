@@ -212,7 +212,7 @@ class Environment:
 
         keys = (re.escape(key) for key in self.nameless if key in text)
         if any(re.search(rf"(?<!\w){key}(?!\w)", text) for key in keys):
-            raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
+            raise ValueProblem("it uses a parameter whose name is refused", code=UNSETTLED)
         written = split_quantity(text)
         if written is None:
             return None

@@ -60,8 +60,8 @@ def safe_name(name: str | os.PathLike[str]) -> str:
 def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | None = None) -> str:
     """The text of a regular file, a pipe or standard input, of at most so many bytes. Raises DocumentError.
 
-    With a `fallback`, a text that is not in UTF-8 or UTF-16 is in that encoding, and the mark with which a
-    text in UTF-8 may begin stays.
+    With a `fallback`, a text that is not in UTF-8 or UTF-16 is in that encoding. A mark at the beginning of
+    UTF-8 then stays.
     """
     hint = None
     if ending(name) in NOT_READ:

@@ -1,4 +1,4 @@
-"""Homework: what an assignment asks, what is handed in, whether it is right, and what is said of it."""
+"""Homework: the questions of an assignment, the answers handed in, their judgement and the feedback."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all kinds of answers share: what is asked, what was read, the mark, and what is said of it."""
+"""What all kinds of answers share: keys, answers as they are read, marks, and findings."""
 
 from __future__ import annotations
 
@@ -98,9 +98,9 @@ class KeySource:
     """The right answer of the question called `name`, and where it comes from.
 
     A literal key (`answer` of a question) is a `Tree` in `value`, read by the rules of a student's answer.
-    A key from a document (`ask`) has the `document`, the `report` of its study, the `path` of the ask
-    (`("inertia", "tensor")`), and in `value` the report's value there (floats, arrays, trees of expressions,
-    texts), in the SI unit `unit`.
+    A key from a document (`ask`) has the `document`, the `report` of its study, and the `path` of the ask,
+    such as `("inertia", "tensor")`. Its `value` is that of the report, in the SI unit `unit`: a float, an
+    array, a tree of an expression or a text.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""What the mistakes of people make of a key: codes, each with the result of a changed problem.
+"""Common mistakes: a code for each, with the results that a problem has where this mistake is made.
 
-A wrong answer that is right by the keys of exactly one code is explained by it.
+A wrong answer that equals the results of one code alone is explained by that mistake.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Scores that a person has given, over those of the program."""
+"""Scores that a person has given, which replace those of the program."""
 
 from __future__ import annotations
 

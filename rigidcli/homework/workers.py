@@ -39,7 +39,7 @@ ENDS: dict[str | int, Unreadable] = {
     "SIGALRM": Unreadable("timeout"),
     **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", OUT_OF_MEMORY), _NO_MEMORY),
     "SIGSEGV": Unreadable("too_large", "the process that judged it broke down"),
-    TOO_LONG: Unreadable("too_large", "there is too much to say of it"),
+    TOO_LONG: Unreadable("too_large", "the feedback on it is too long"),
 }
 # The bytes of a result (pickles of an untrusted process are never opened), or why there is none.
 Result: TypeAlias = bytes | Unreadable

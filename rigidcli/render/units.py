@@ -52,9 +52,9 @@ def read_units(text: str) -> Units:
 def in_units(report: Report, units: Units) -> Report:
     """The report with its values in these `units`.
 
-    A value has the unit of its own dimension, where there is one (rpm for an angular velocity), else a
-    product of units of mass, length, time and angle (g cm^2), in which SI units stand for dimensions that
-    have no unit in `units`. Where all units of the product would be SI units, the value stays as it is.
+    A value has the chosen unit of its own dimension (rpm for an angular velocity), where there is one. Else
+    it has a product of units of mass, length, time and angle (g cm^2), with SI units for those that are not
+    chosen. Where all units of the product would be SI units, the value stays as it is.
     """
     fields = tuple(_field(entry, units) for entry in report.fields)
     swept = tuple(_field(entry, units) for entry in report.swept)

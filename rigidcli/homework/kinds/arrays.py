@@ -433,7 +433,7 @@ class MomentsKind(ArrayKind):
 def require_no_order(question: Question) -> None:
     """Raise ValueProblem where moments with symbols must be sorted."""
     if question.order == "ascending":
-        raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
+        raise ValueProblem("the order of the moments depends on their symbols", path=("order",))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:

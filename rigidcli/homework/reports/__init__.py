@@ -1,1 +1,1 @@
-"""Judgements -> text, piece by whole piece."""
+"""Reports on judgements: texts that are written piece by piece."""

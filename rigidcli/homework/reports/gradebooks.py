@@ -100,8 +100,8 @@ def fill(
 ) -> Iterator[str]:
     """The gradebook with the scores; `aliases` are other names of students in the results.
 
-    All other cells stay as they are. The cell of a student stays, too, if an answer waits for a person, or if
-    nothing is handed in, unless a person has given a score. `tell` gets what the instructor should know.
+    All other cells stay as they are. The cell of a student stays, too, if an answer waits for a person. It
+    stays if nothing is handed in and no person has given a score. `tell` gets notes for the instructor.
     """
     handed_in = [each for each in judgements if each.source or each.is_overridden]
     rows = [list(row) for row in book.table.rows]

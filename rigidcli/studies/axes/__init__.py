@@ -24,8 +24,8 @@ from rigidcli.studies.pictures import drawn
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find the principal axes of the document's body about the point O, and L, T and wobble at its omega.
 
-    Raises DocumentError for an ensemble of angular velocities, and ComputationError where floats cannot hold
-    a result or the motion needs exact axes that have no short form.
+    Raises DocumentError for an ensemble of angular velocities. Raises ComputationError where floats cannot
+    hold a result, or the motion needs exact axes that have no short form.
     """
     n = document.arithmetic
     require_one_start(document, "axes")
@@ -205,8 +205,8 @@ def _rotor(moments: Floats, mass: float, rounding: float) -> principal.BodyClass
     """The kind of rotor; moments are equal where the rounding of coordinates may be the difference.
 
     `moments` (3, kg m^2) are ascending and about the centre of mass. Where atoms at distances d move by at
-    most e, no moment changes by more than the sum of m (2 d e + e^2), which the Cauchy-Schwarz inequality
-    bounds; the moment about a line of atoms is at most the sum of m e^2.
+    most e, no moment changes by more than the sum of m (2 d e + e^2). The Cauchy-Schwarz inequality bounds
+    this sum. The moment about a line of atoms is at most the sum of m e^2.
     """
     if moments[2] == 0:
         return "point"

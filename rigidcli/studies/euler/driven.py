@@ -42,7 +42,7 @@ def driven_trajectory(
 ) -> Trajectory:
     """The trajectory of a body that a torque drives, one of so many `starts`, in steps of `max_step` at most.
 
-    It is integrated along principal axes. Raises ComputationError where it ends early or cannot begin, and
+    It is integrated along principal axes. Raises ComputationError where it ends early or cannot begin. Raises
     ValueProblem, with the path in `motion`, for a torque that is too large, or about a line without a moment.
     """
     equations = _equations(problem)
@@ -232,8 +232,8 @@ def _bound(formula: BoundExpression, values: dict[str, Node], path: Path) -> Nod
 def _gained(torque: Flow, moments: Floats, solution: Solution, size: float, fast: float) -> Floats:
     """The work and the impulse in space of a torque until the end of each step (m, 4).
 
-    The work is the integral of N.omega, and the impulse that of N in space, where L is in units of its `size`
-    and omega of how `fast` it is. The `torque` is along the axes of the `moments` (3, kg m^2). The quadrature
+    The work is the integral of N.omega, and the impulse that of N in space. L is in units of `size`, and
+    omega in units of `fast`. The `torque` is along the axes of the `moments` (3, kg m^2). The quadrature
     is exact to the degree 11, beyond that of the method.
     """
     steps = np.diff(solution.knots)

@@ -170,9 +170,9 @@ def _problem(
 ) -> InitialValueProblem:
     """The problem of a body in this `state`, with the times to show, and a note where these are not given.
 
-    They are then three nutations of a top whose `nutation` has a period (s), enough to see it repeat, or ten
-    turns of a body, or a second of one that does not turn yet. No note is needed for a body
-    at rest that nothing has `pulled`.
+    By default a top whose `nutation` has a period (s) moves for three of these, enough to see it repeat.
+    Another body makes ten turns, or moves for a second where it does not turn yet. A body at rest that
+    nothing has `pulled` needs no note.
     """
     rate, duration, words = FLOAT.hypot(*state["omega"]), 1.0, "1 s is"
     if nutation is not None:
@@ -192,9 +192,9 @@ def _problem(
 class Trajectory:
     """omega along the document's axes (n, 3) and orientation (n, 4) at the times (n) of the problem.
 
-    `free` has the kind and the periods of the motion where no torque acts. `drift` is the largest error of
-    the energy balance, in units of the largest energy, that of the balance of angular momentum about O, in
-    units of the largest, and that of the length of the quaternions.
+    `free` has the kind and the periods of the motion where no torque acts. `drift` has the largest errors of
+    the balances of energy and of angular momentum about O, in units of the largest of these, and of the
+    length of the quaternions.
     """
 
     problem: InitialValueProblem
