@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from operator import mul
 from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -98,6 +99,12 @@ class LinearMotion(NamedTuple):
         rows = zip(*self.parts, strict=True)
         return [[m * square + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
+    def along(self, basis: Matrix) -> LinearMotion:
+        """The motion of the z in y = sum_k z_k e_k, where constraints leave the vectors e (rows) free."""
+        columns = [*zip(*basis, strict=True)]
+        parts = (matrices.product(matrices.product(basis, part), columns) for part in self.parts)
+        return LinearMotion(*parts).changed(short_form)
+
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """This motion with every entry of its matrices changed."""
         return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
@@ -133,6 +140,20 @@ class Root(NamedTuple):
         if self.is_stable is False and self.growth:
             return self.growth
         return -self.growth if self.growth and not self.angular else self.angular
+
+    def along(self, basis: Matrix) -> Root:
+        """The root with vectors y = sum_k z_k e_k in place of z, as of `LinearMotion.along`."""
+        vectors = list[Vector]()
+        for z in self.vectors:
+            is_exact = isinstance(z[0][0], Expr)
+            columns = [[e if is_exact else float(e) for e in column] for column in zip(*basis, strict=True)]
+            x, y = ([sum(map(mul, column, part)) for column in columns] for part in zip(*z, strict=True))
+            # Each vector is over its first entry that is not zero.
+            re, im = next((a, b) for a, b in zip(x, y, strict=True) if a or b)
+            size = re**2 + im**2
+            pairs = [((a * re + b * im) / size, (b * re - a * im) / size) for a, b in zip(x, y, strict=True)]
+            vectors.append(tuple((short_form(a), short_form(b)) if is_exact else (a, b) for a, b in pairs))
+        return self._replace(vectors=tuple(vectors))
 
 
 def of_lagrange(

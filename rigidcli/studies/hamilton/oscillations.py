@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
+from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import EXACT, inequality
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
@@ -135,8 +136,13 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
     equations have no first order there.
     """
-    if derivation.system.constraints:
-        message = "small oscillations are not worked out for a system with constraints"
+    limits = derivation.system.constraints
+    is_fixed = all(one.holonomic and is_zero(one.rest) for one in limits)
+    if limits and (equilibrium.is_sought or equilibrium.turning or not is_fixed):
+        message = (
+            "small oscillations are not worked out for a system with constraints on velocities or in the "
+        )
+        message += "time, nor is an equilibrium looked for"
         hint = "choose coordinates that obey the constraints, such as an angle"
         raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
     try:
@@ -150,6 +156,10 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = dict.fromkeys(derivation.velocity_names, ZERO)
+        for one in limits:
+            if not is_zero(miss := tidy(substitute(one.expression, there | still))):
+                message = f"no equilibrium: it breaks `{one.name}`, which is off by {written(miss)}"
+                raise document.refusal(message, EQUILIBRIUM_KEY)
         _require_smooth([derivation.generator, *derivation.system.forces], momenta | there | still)
         if left.lagrange is not None:
             motion = of_lagrange(left.lagrange, left.phase, left.velocity_names, there)
@@ -157,6 +167,9 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             slopes = ([derivative(e, name) for name in left.phase.names] for e in left.equations or ())
             motion = LinearMotion.of_matrix([[tidy(substitute(e, there)) for e in row] for row in slopes])
         motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
+        slopes_there = [[tidy(substitute(a, there)) for a in one.slopes] for one in limits]
+        basis = matrices.null_vectors(slopes_there) if limits else []
+        motion = motion.along(basis) if limits else motion
         steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
         raise document.refusal(
@@ -165,11 +178,14 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
     rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
-    is_exact, is_free = document.exact_results, not derivation.is_forced
+    free = dict.fromkeys((one.name for one in limits), ZERO)
+    is_free = all(substitute(force, free).is_zero for force in derivation.system.forces)
+    is_exact = document.exact_results
     try:
         if motion.is_of_first_order:
             raise ZeroDivisionError
         roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
+        roots = [root.along(basis) for root in roots] if roots and limits else roots
     except ZeroDivisionError:
         raise ComputationError(
             "dL/dv cannot be solved for v at the equilibrium: the mass matrix is singular there",
@@ -182,12 +198,21 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[str, Expr], dict[str, Expr]]:
-    """The forces along the coordinates of the system at rest, and its momenta where H alone is known."""
+    """The forces along the coordinates of the system at rest, and what else is known of it.
+
+    That is its momenta where H alone is known, or the multipliers of constraints.
+    """
     phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
     momenta: dict[str, Expr] = {}
     if lagrange is not None:
         still = dict.fromkeys(derivation.velocity_names, ZERO)
         forces = [-substitute(rest, still) for rest in lagrange.rest]
+        if limits := derivation.system.constraints:
+            if derivation.multipliers_anywhere is None:
+                raise ComputationError("the multipliers are too long to be worked out in symbols")
+            pairs = zip(limits, derivation.multipliers_anywhere, strict=True)
+            momenta = {one.name: substitute(e, still) for one, e in pairs}
+            forces = [tidy(substitute(force, momenta)) for force in forces]
     else:
         size = len(phase.coordinates)
         known = None if equations is None else momenta_at_rest(equations[:size], phase)
@@ -218,11 +243,9 @@ def _given_place(document: Document, equilibrium: Equilibrium, forces: Named) ->
             notes = tuple(f"it is an equilibrium where the force {force} vanishes" for force in left.values())
             factors = (atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms)
             return EquilibriumPlace(place, known, notes, tuple(a for a in factors if atomic(a).unknown))
-    raise document.refusal(
-        f"no equilibrium: at rest there, {_listed(left)}",
-        EQUILIBRIUM_KEY,
-        hint=None if document.symbols else "look for one near these values: `equilibrium: {find: {...}}`",
-    )
+    cannot_be_found = document.symbols or (document.system and document.system.constraints)
+    hint = None if cannot_be_found else "look for one near these values: `equilibrium: {find: {...}}`"
+    raise document.refusal(f"no equilibrium: at rest there, {_listed(left)}", EQUILIBRIUM_KEY, hint=hint)
 
 
 def _listed(forces: Mapping[str, float | Expr]) -> str:

@@ -227,7 +227,7 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
         fields.append(Field("", np.array(part, dtype=kind), name, rf"\mathbf{{{name}}}"))
     fields += _polynomial(matrix, unknown, document, title, head)
     yield step("free" if is_free else "damped", (*place, *fields), s=unknown)
-    if is_free and is_small:
+    if is_free and is_small and len(motion.masses) == len(small.place):
         yield from _vectors(small, document, unknown)
 
 
