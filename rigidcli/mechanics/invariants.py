@@ -257,20 +257,14 @@ def _exact(
     numbers = list(map(number, near))
     if all(abs(x - value) < LEAST for x, value in zip(near, values, strict=True)) and vanishes(numbers):
         return [numbers]
-    return [vector for vector in _coefficients(brackets, phase) if vanishes(vector)]
-
-
-def _coefficients(brackets: Sequence[Expr], phase: Phase) -> list[list[Expr]]:
-    """Coefficients, functions of the parameters, with which the sum of the brackets vanishes."""
     try:
         rows = independent_rows(brackets, {*phase.names, TIME})
     except ExpressionError:
         return []
-    kept: dict[tuple[Expr, ...], None] = {}
-    for row in rows:
-        first = next(e for e in row if e)
-        kept[tuple(tidy(e / first) for e in row)] = None
-    return matrices.null_vectors(list(kept)) if kept else []
+    # The coefficients are functions of the parameters.
+    firsts = [next(filter(None, row)) for row in rows]
+    kept = {tuple(tidy(e / first) for e in row): None for row, first in zip(rows, firsts, strict=True)}
+    return list(filter(vanishes, matrices.null_vectors(list(kept)))) if kept else []
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:

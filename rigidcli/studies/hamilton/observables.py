@@ -171,11 +171,8 @@ def observed(document: Document, derivation: Derivation) -> Observed:
         equals = None if value is None else _recognised(value, candidates, derivation)
         brackets.append(NamedBracket(names, value, equals))
     events = {} if document.orbit is None else document.orbit.events
-    return Observed(
-        tuple(found),
-        tuple(brackets),
-        {key: function(typed, key) for key, typed in events.items()},
-    )
+    passing = {key: function(typed, key) for key, typed in events.items()}
+    return Observed(tuple(found), tuple(brackets), passing)
 
 
 def _of_state(e: Expr, derivation: Derivation) -> Expr:
