@@ -344,7 +344,7 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     conditions = [e for e in (branches[0].region if branches else ()) if not e.names <= values.keys()]
     notes = [f"H is written for {inequality(e)}" for e in conditions]
     if not branches and derivation.are_linear:
-        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
+        notes.append("H is too long to be worked out in symbols; orbits solve for accelerations in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
     elif not _is_short(branches[0]):
