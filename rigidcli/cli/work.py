@@ -33,6 +33,7 @@ FEW_TASKS, MOST_BLOCKS = 64, 16
 WIDE = 2000  # starts in arrays: twice as many take twice as long, and half as many take nearly as long
 # The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB.
 SWEPT, SWEPT_SAMPLES = 128, 500_000
+READ_AT_ONCE = 64  # points of a sweep of rows: one by one takes a third longer, as caches are small
 CLUSTER = 32  # processes that a cluster is taken to have
 
 
@@ -97,8 +98,7 @@ class Answer(NamedTuple):
 class Task(NamedTuple):
     """A document at some `places` of a sweep, or some `starts` of its ensemble; or the failure to read it.
 
-    `size`: how many places are worked at once.
-    `about`: notes on the whole file, which the first document of the file has.
+    `size`: how many places are read at once. `about`: notes on the whole file, which its first document has.
     """
 
     source: str
@@ -197,6 +197,8 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> dict[str, Any]:
         ensemble, orbit = document.ensemble, document.orbit
         if orbit is not None and command.name == "hamilton":
             size = max(1, min(SWEPT, SWEPT_SAMPLES // len(orbit.instants(1.0))))
+        elif not command.section and not document.files:
+            size = max(1, min(READ_AT_ONCE, sweep.count // FEW_TASKS))
         if ensemble is not None and command.section:
             raise UsageError(
                 f"a sweep has one row a value, and this document an ensemble of {len(ensemble):,} starts",
@@ -282,7 +284,7 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
     """The answers for these starts of an ensemble, or for all of them. Raises RigidError."""
-    from rigidcli.studies.ensembles import InArrays, reports, require_one_start, starts_in
+    from rigidcli.studies.ensembles import InArrays, reports, require_one_start, starts_in, swarm
 
     assert document.ensemble is not None
     several: InArrays | None = None
@@ -297,8 +299,6 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     places = range(len(document.ensemble)) if starts is None else starts
     parts = reports(document, alone.run, TRAITS[work.format].ensembles, places, several)
     if work.plot is not None and document.system is not None:
-        from rigidcli.studies.ensembles import swarm
-
         found = list(parts)
         good = [report for _, report in found if isinstance(report, Report)]
         if good:

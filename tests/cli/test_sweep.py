@@ -50,7 +50,7 @@ def test_swept_numbers_are_si_and_read_back_as_the_same_row(program: Program) ->
 
 @pytest.mark.parametrize(("command", "format"), [("precess", "csv"), ("precess", "table"), ("euler", "json")])
 def test_bytes_do_not_depend_on_the_number_of_processes(program: Program, command: str, format: str) -> None:
-    keys = ("--sweep", "top.spin=-10:800:20", "--sweep", "top.tilt=-1,0.5")
+    keys = ("--sweep", "top.spin=-10:800:100", "--sweep", "top.tilt=-1,0.5")
     short = ("--duration", "0.01") if command == "euler" else ()
     one, three = (program(command, "-f", format, *keys, *short, "-j", jobs, TOP) for jobs in ("1", "3"))
     assert one == three
