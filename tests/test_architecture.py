@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 4565,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3319,  # cures for people who know other tools; constraints, observables
     "fields": 2063,  # a section reads on with the key that is meant
-    "homework": 8875,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "homework": 8870,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2493,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2862,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 569,  # examples of keys, the words of a course, and sentences on the value of each key

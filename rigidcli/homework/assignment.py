@@ -8,11 +8,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
 
+from rigidcli.document.document import Document
 from rigidcli.document.draft import Draft
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
@@ -31,13 +32,10 @@ from rigidcli.homework.owner import noted
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
+from rigidcli.report import Report
 from rigidcli.suggestions import did_you_mean, guess
 
-if TYPE_CHECKING:
-    from rigidcli.document.document import Document
-    from rigidcli.report import Report
-
-    Study = Callable[[Document], Report]
+Study: TypeAlias = Callable[[Document], Report]
 
 # Decimals in a key that feedback rounds to six figures: 0.04166666667, 2.0.
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")

@@ -16,15 +16,12 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing import get_context
-from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from multiprocessing.connection import Connection, wait
+from typing import Any, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
 from rigidcli.homework.base import Progress, Unreadable
 from rigidcli.sandbox import Limits, address_space, confine, start_clock
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
 
 _Task = TypeVar("_Task")
 # How processes start: on other systems a fork is not safe, or not there.
