@@ -109,8 +109,7 @@ def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str
     """The document of a source. Raises UsageError for a setting that nothing uses."""
     if isinstance(settings, Mapping):
         settings = [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]
-    texts = [settings] if isinstance(settings, str) else settings
-    document = read_source(source, exact, texts)
+    document = read_source(source, exact, [settings] if isinstance(settings, str) else settings)
     for path in document.draft.changed if settings else ():
         if path[0] in ignored or (path[0] == "parameters" and path[-1] in document.unused):
             raise UsageError(f"settings: nothing uses `{'.'.join(map(str, path))}`")

@@ -76,8 +76,7 @@ def of_body(
     lambda1 = n.tidied((np.trace(tensor) - lambda3) / 2)
     outer = np.outer(axis, axis)
     ideal = lambda3 * outer + lambda1 * (n.array(np.eye(3, dtype=int)) - outer)
-    rest = n.tidy(tensor - ideal)
-    if max(abs(n.size(entry)) for entry in rest.flat) > SYMMETRY * largest:
+    if max(abs(n.size(entry)) for entry in n.tidy(tensor - ideal).flat) > SYMMETRY * largest:
         raise ValueProblem(
             "the body is not symmetric about the line from the pivot to its centre of mass, so it is no top",
             hint="let `euler` follow its motion, with `motion: {omega: ..., torque: {gravity: 9.81}}`",

@@ -156,8 +156,7 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         if isinstance(read, str) and (meant := words.list_meant(read)):
             problem.hint = f"each entry is a list: write `{meant}`"
     elif kind == "too_long" and path[-1] == "inertia" and len(read) == 6:
-        keys = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-        entries = in_yaml(dict(zip(keys, read, strict=True)))
+        entries = in_yaml(dict(zip(("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"), read, strict=True)))
         problem.hint = f"name the entries, as in `inertia: {entries}`"
     elif kind == "too_long" and path[-1] in ("inertia", "matrix") and len(read) == 9:
         rows = in_yaml([read[row : row + 3] for row in (0, 3, 6)])

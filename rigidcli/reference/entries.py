@@ -100,8 +100,7 @@ def _resource(name: str) -> str:
 
 def written() -> str:
     """The text of entries.json: a line for each entry."""
-    rows = (json.dumps(entry, ensure_ascii=False) for entry in entries())
-    return "[\n" + ",\n".join(rows) + "\n]\n"
+    return "[\n" + ",\n".join(json.dumps(entry, ensure_ascii=False) for entry in entries()) + "\n]\n"
 
 
 def _results() -> Iterator[Entry]:

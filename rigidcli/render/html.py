@@ -117,8 +117,7 @@ def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
         # A notebook is saved with all cells, so that a result there has the first view only, and coarser.
         if scene is not None and is_cell:
             scene = replace(scene, stages=scene.stages[:1])
-        most = NOTEBOOK if is_cell or rests else PAGE
-        yield replay(scene or still(report.pictures[0]), look, most)
+        yield replay(scene or still(report.pictures[0]), look, NOTEBOOK if is_cell or rests else PAGE)
     if report.pictures and has_library("drawing"):
         kind = " class=still" if rests else ""
         yield f"<figure{kind}>{inline_picture(report)}</figure>\n"

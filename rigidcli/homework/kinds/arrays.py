@@ -375,8 +375,7 @@ def products(source: KeySource) -> Array:
 
 def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
     """The components of a tensor that differ from those across the diagonal."""
-    pairs = ((1, 3), (2, 6), (5, 7))
-    return [COMPONENTS[i] for i, j in pairs if ruler.differ(entries[i], entries[j])]
+    return [COMPONENTS[i] for i, j in ((1, 3), (2, 6), (5, 7)) if ruler.differ(entries[i], entries[j])]
 
 
 # --- moments

@@ -16,7 +16,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, Report
 from rigidcli.studies.body import axis_fields, inertia_fields, lost_digits, mesh_fields, require_one_start
-from rigidcli.studies.common import field_of, if_known, report, worked
+from rigidcli.studies.common import TINY, field_of, if_known, report, worked
 from rigidcli.studies.pictures import drawn
 
 
@@ -129,8 +129,7 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
     terms = np.outer(np.abs(omega), np.abs(momentum))
     rounding = ROUNDING_OF_SUM * (terms + terms.T)[[1, 2, 0], [2, 0, 1]]
     torque = np.where(np.abs(torque) <= rounding, 0.0, torque)
-    lost = 0 < np.abs(torque).max() < np.finfo(np.float64).tiny
-    return None if lost else torque
+    return None if 0 < np.abs(torque).max() < TINY else torque
 
 
 def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tuple[object, bool]:

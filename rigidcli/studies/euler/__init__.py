@@ -13,7 +13,7 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
 from rigidcli.report import Column, Field, Report, Table, yes_or_no
-from rigidcli.studies.common import SHOWN_DIGITS, field_of, if_known, report, trusted, worked
+from rigidcli.studies.common import SHOWN_DIGITS, TINY, field_of, if_known, report, trusted, worked
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
@@ -78,8 +78,7 @@ def _fields(motion: Trajectory) -> list[Field]:
     frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
     momentum = motion.problem.tensor @ omega
     energy = float(omega @ momentum) / 2
-    # So small an energy has lost its digits, while omega has not.
-    is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
+    is_lost = 0 < abs(energy) < TINY  # so small an energy has lost its digits, while omega has not
     kind = "driven" if free is None else free.regime
     is_top = free is None and motion.method == CLOSED_FORM
     words = "driven: a symmetric top under its weight" if is_top else ""
