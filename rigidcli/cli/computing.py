@@ -24,7 +24,6 @@ from rigidcli.cli.output import (
     is_folder,
     tell_notes,
 )
-from rigidcli.cli.work import Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, each
@@ -32,6 +31,7 @@ from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined, re
 from rigidcli.sandbox import usable_cores
 
 if TYPE_CHECKING:
+    from rigidcli.cli.work import Work
     from rigidcli.document.sweeps import Sweep
     from rigidcli.report import Report
 
@@ -102,6 +102,8 @@ def command_of(name: str) -> Callable[..., None]:
 
 
 def _compute(command: Command, asked: Asked) -> int:
+    from rigidcli.cli.work import Work  # which reads documents
+
     form = Format(asked.format)
     traits, sweep = TRAITS[form], shared.read_sweep(asked.sweep, asked.pair)
     files, lists = shared.listed(asked.files)
@@ -198,8 +200,9 @@ def _picture_kind(command: str, traits: Traits, asked: Asked) -> str | None:
     return kind or BEST
 
 
-def _run(asked: Asked, work: Work) -> int:
+def _run(asked: Asked, work: "Work") -> int:
     from rigidcli.bodies.robots import is_robot
+    from rigidcli.cli.work import require_used
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
     opened = Output(asked.output), Output(asked.plot, "--plot")
@@ -231,12 +234,14 @@ def _run(asked: Asked, work: Work) -> int:
 
 
 def _pieces(
-    asked: Asked, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
+    asked: Asked, work: "Work", failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other; pictures are put into the list `pictures`.
 
     Notes and failures are printed as the work goes on.
     """
+    from rigidcli.cli.work import answers, lost, tasks
+
     first, printed = None, defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.swept is None
     do = partial(answers, work=work, is_watched=here)
@@ -266,7 +271,7 @@ def _pieces(
     failures.end()
 
 
-def _for_people(reports: "Iterable[Report]", asked: Asked, work: Work) -> "Iterable[Report]":
+def _for_people(reports: "Iterable[Report]", asked: Asked, work: "Work") -> "Iterable[Report]":
     """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries

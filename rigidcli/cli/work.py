@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.cli.output import Failure, failure, progress
 from rigidcli.commands import COMMANDS, STUDIES, Command
+from rigidcli.document.document import Document
+from rigidcli.document.draft import SWEEP, Draft, split_setting
+from rigidcli.document.load import Drafts, drafts, is_exact, read
 from rigidcli.errors import UNKNOWN_KEY, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
 from rigidcli.render import TRAITS, Format, Look, piece, require_columns
@@ -20,9 +23,6 @@ from rigidcli.report import Field, Report
 if TYPE_CHECKING:
     import pathlib
 
-    from rigidcli.document.document import Document
-    from rigidcli.document.draft import Draft
-    from rigidcli.document.load import Drafts
     from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
@@ -55,8 +55,6 @@ class Work(NamedTuple):
 
     def drafts(self, file: str) -> Drafts:
         """The drafts of the documents in a file. Raises DocumentError."""
-        from rigidcli.document.load import drafts
-
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
     def run(self, document: Document, is_watched: bool = False, **known: Any) -> Report:
@@ -166,8 +164,6 @@ def _blocks(draft: Draft, jobs: Jobs) -> Sequence[range | None]:
     What is integrated does not depend on the other starts of its block: then each process gets two blocks, or
     one where these would be too few for arrays.
     """
-    from rigidcli.document.load import read
-
     document = read(draft)
     if document.ensemble is None:
         return (None,)
@@ -188,8 +184,6 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> dict[str, Any]:
     The size does not depend on the number of processes, so that the rows do not.
     Raises RigidError where no document has such keys.
     """
-    from rigidcli.document.load import is_exact, read
-
     first = sweep.settings(sweep.point(0))
     exact, size = is_exact(draft, first), 1
     try:
@@ -230,8 +224,6 @@ def lost(task: Task) -> Answer:
 
 
 def _of_document(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator[Answer]:
-    from rigidcli.document.load import read
-
     files = tuple[Any, ...]()
     try:
         with progress(PULSE, is_watched):  # a large file takes seconds
@@ -247,8 +239,6 @@ def _of_document(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iter
 
 def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[Answer]:
     """The answers at some points of a sweep; their orbits are followed at once where that is possible."""
-    from rigidcli.document.load import read
-
     points: list[tuple[Sequence[str], Document | Failure]] = []
     for place in task.places:
         settings = list[str]()
@@ -316,8 +306,6 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
 
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
     """Raise UsageError for a key of `--set` or `--sweep` that the command ignores, or no FILE uses."""
-    from rigidcli.document.draft import SWEEP, split_setting
-
     first = [] if sweep is None else sweep.settings(sweep.point(0))
     for option, text in [*(("--set", text) for text in work.settings), *((SWEEP, text) for text in first)]:
         path, _ = split_setting(text)
@@ -333,8 +321,6 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
 
 def _is_unused(parameter: str | int, work: Work, file: str, first: Sequence[str]) -> bool:
     """Whether no document in a file uses a parameter. What can be read only once counts as if it did."""
-    from rigidcli.document.load import read
-
     if not os.path.isfile(file):  # noqa: PTH113 - as typed
         return False
     try:
