@@ -84,19 +84,17 @@ def lagrange_equations(
     rest = []
     for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True):
         moved = total(derivative(p, name) * rate for name, rate in moving if name in p.names)
-        rest.append(by_velocities(moved - derivative(lagrangian, q), velocities) - substitute(force, defined))
+        e = moved - derivative(lagrangian, q)
+        # Each product of velocities stands by itself, and what is free of them by its functions.
+        if e.names.isdisjoint(velocities):
+            e = -apart(tidy(-e))  # Hamilton's equations have this slope, so that it is known already
+        elif (polynomial := coefficients(e, velocities)) is None:
+            e = tidy(e)
+        else:
+            parts = {n: tidy(c) if any(n) else apart(tidy(c)) for n, c in polynomial.items()}
+            e = polynomial_sum(parts, list(map(symbol, velocities)))
+        rest.append(e - substitute(force, defined))
     return LagrangeEquations(momenta.mass_matrix, tuple(rest), tuple(names))
-
-
-def by_velocities(e: Expr, velocities: Sequence[str]) -> Expr:
-    """A function with each product of velocities by itself, and what is free of them by its functions."""
-    if e.names.isdisjoint(velocities):
-        return -apart(tidy(-e))  # Hamilton's equations have this slope, so that it is known already
-    polynomial = coefficients(e, velocities)
-    if polynomial is None:
-        return tidy(e)
-    parts = {n: tidy(c) if any(n) else apart(tidy(c)) for n, c in polynomial.items()}
-    return polynomial_sum(parts, list(map(symbol, velocities)))
 
 
 NONE = 1e-13  # a singular value below this is rounding, where entries are of the order of 1

@@ -18,7 +18,7 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     equations_of_motion,
     symbolic_equations,
 )
-from rigidcli.studies.hamilton.system import require_formulas
+from rigidcli.studies.hamilton.system import known_values, require_formulas
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton import Findings
@@ -53,13 +53,8 @@ def program_of(findings: Findings, name: str) -> Program:
     except ExpressionError as error:
         raise ComputationError(f"there is no program: {error.message}") from error
     used = frozenset[str]().union(rates.names, *(each.names for each in quantities.values()))
-    constants = {
-        name: None
-        if document.values.get(name) is None or name in document.symbols
-        else float(document.values[name])
-        for name in document.definitions
-        if name in used
-    }
+    known, declared = known_values(document), [name for name in document.definitions if name in used]
+    constants = {name: float(known[name]) if name in known else None for name in declared}
     about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
     about += [f"{one.name}: {one.expression} = 0" for one in system.constraints]
     about += [DRIFTS] if system.constraints else []
