@@ -311,7 +311,7 @@ def _in_unit_vectors(text: str) -> Tree:
         return None
     found = _bare(found.replace(HAT, ""))
     factor, unit, ends = "", "", closings_of(found)
-    for start, end in sorted(ends.items()):
+    for start, end in sorted(ends.items())[:MOST_BRACKETS]:
         is_sum = re.search(r"\S\s*[-+]", without_brackets(found[:start]))
         if found.count(_E, start, end) == found.count(_E) and not is_sum:
             factor, unit = found[:start].strip(" *·"), found[end + 1 :].strip(" *·")

@@ -119,7 +119,7 @@ _LABEL = re.compile(
 _EQUALS = re.compile(r"(?<![<>=!]):?==?(?![>=])")
 _AND = re.compile(rf"(?i)(?<=[\w)\].'])\s+{said('or', 'and')}\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
 # What stands between statements: a line, a semicolon, and a comma or a dot before another `=`.
-_BETWEEN = re.compile(r"[\n;]|(?:,(?!\d)|[,.]\s)\s*(?=[^=,;\n]*(?<![<>!])=(?!>))")
+_BETWEEN = re.compile(r"[\n;]|(?:,(?!\d)|[,.]\s)\s*+(?=[^=,;\n]{0,200}+(?<![<>!])=(?!>))")
 # A name behind a value, as in `slow = 3 fast = 5`, which may begin a second answer.
 SECOND_NAME = re.compile(rf"(?s)(?<=[\w)\]}}°%])\s+{_WORD}(?:\([\w, ]*\))?\s*\Z")
 # An arrow in the place of `=` behind a name.
