@@ -15,8 +15,6 @@ from rigidcli.algebra.bounds import DEEPEST_NESTING, MOST_NODES_OF_ATOM, Rationa
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
-_LEADING = frozenset(["G"])
-_TIME = "t"
 _FUNCTION_ORDER = {"exp": 0, "sin": 1, "sinh": 1, "cos": 2, "cosh": 2}
 _ALWAYS_POSITIVE = frozenset(["exp", "cosh"])
 _NEVER_NEGATIVE = frozenset(["abs", "acosh", "acos"])
@@ -191,8 +189,8 @@ class Symbol(Atom):
     def __init__(self, name: str, positive: bool = False) -> None:
         # The degree in momenta and velocities, of which no product comes up to an acceleration.
         self.degree = 0 if not _is_rate(name) else 100 if _ACCELERATION.fullmatch(name) else 1
-        place = "6" if self.degree else "2" if name in _LEADING else "3" if _is_mass(name) else "4"
-        place += "~" if name == _TIME else ""
+        place = "6" if self.degree else "2" if name == "G" else "3" if _is_mass(name) else "4"
+        place += "~" if name == "t" else ""
         counted = _DIGITS.sub(lambda digits: f"{len(digits[0]):03}{digits[0]}", name)
         mark = "+" if positive else ""
         super().__init__(f"{place}{counted.lower()} {name}{mark}", names=frozenset([name]))

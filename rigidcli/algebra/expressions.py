@@ -151,8 +151,18 @@ class Expr(Terms):
     __rtruediv__ = _operator(lambda a, b: product((b, power(a, -1))))
 
     def __abs__(self) -> Expr:
-        """|x|: without bars where the sign is known."""
-        return _absolute(self)
+        """|x|: numbers, even powers, and what is known to be positive come out of the bars.
+
+        Bars around a denominator alone stand below: |1/w| is 1/|w|.
+        """
+        coefficient, monomial = factored(self)
+        kept = [(atom, n) for atom, n in monomial if n.denominator == 1 and n % 2 and not atom.nonnegative]
+        outside = number(magnitude(coefficient)) * product(
+            power(atomic(atom), n) for atom, n in monomial if (atom, n) not in kept
+        )
+        side = -1 if all(n < 0 for _, n in kept) else 1
+        inside = product(power(atomic(atom), side * n) for atom, n in kept)
+        return outside * power(atomic(Applied("abs", (inside,))), side) if kept else outside
 
     def __pow__(self, exponent: ExactNumber) -> Expr:
         """The power; where the exponent is no rational number, `functions.apply` knows the laws."""
@@ -336,21 +346,6 @@ def divided(e: Expr, size: Rational, common: Mapping[Atom, Rational]) -> Expr:
     return total(multiplied(monomial, below, factor * inverse) for monomial, factor in e.terms.items())
 
 
-def _absolute(e: Expr) -> Expr:
-    """What is never negative comes out of the bars: numbers, even powers, what is known to be positive.
-
-    Bars around a denominator alone stand below: |1/w| is 1/|w|.
-    """
-    coefficient, monomial = factored(e)
-    kept = [(atom, n) for atom, n in monomial if n.denominator == 1 and n % 2 and not atom.nonnegative]
-    outside = number(magnitude(coefficient)) * product(
-        power(atomic(atom), n) for atom, n in monomial if (atom, n) not in kept
-    )
-    side = -1 if all(n < 0 for _, n in kept) else 1
-    inside = product(power(atomic(atom), side * n) for atom, n in kept)
-    return outside * power(atomic(Applied("abs", (inside,))), side) if kept else outside
-
-
 def power(base: Expr, exponent: Rational) -> Expr:
     """A rational power."""
     if exponent == 0:
@@ -446,7 +441,7 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
     if len(monomial) == 1 and sign > 0:
         atom, inside = monomial[0]
         if isinstance(atom, Group) and inside.denominator == 1 and inside.numerator % 2 == 0:
-            return power(_absolute(atom.inner), inside * exponent)
+            return power(abs(atom.inner), inside * exponent)
         if inside.denominator != 1 or inside.numerator % 2 or atom.nonnegative:
             return gathered(1, {atom: inside * exponent})
     if all(inside.denominator == 1 for _, inside in monomial):

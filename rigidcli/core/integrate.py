@@ -116,8 +116,12 @@ def _compiled(march: March) -> Solution:
     """The solution by heyoka, in units of the sizes that the variables have had so far."""
     from rigidcli.core import taylor
 
-    seen = np.array(march.states).reshape(len(march.times), -1)
-    return taylor.solve(march.problem, taylor.scales_of(seen, march.problem.blocks))
+    blocks = march.problem.blocks
+    sizes = np.abs(np.array(march.states).reshape(len(march.times), -1)).max(axis=0)
+    of_blocks = np.maximum.reduceat(sizes, np.cumsum([0, *blocks[:-1]]))
+    # Units are powers of 2, which change no digit.
+    exponents = np.where(of_blocks > 0, np.frexp(of_blocks)[1], 0)
+    return taylor.solve(march.problem, np.repeat(np.ldexp(1.0, np.clip(exponents, -1000, 1000)), blocks))
 
 
 def _by_taylor(march: March) -> Solution:

@@ -55,20 +55,11 @@ SERIES = POLYNOMIALS[:, :-1] * (2 * np.arange(STAGE_COUNT) + 1)
 # The matrix from increments of a step (a column) to those of the next, by the polynomial of the slopes.
 EXTRAPOLATION = WEIGHTS[:, None] * legvander(POINTS + 2, STAGE_COUNT - 1) @ SERIES.T
 
-
-def _shares() -> Floats:
-    """a_ij / b_j: the share of the increment of stage j in stage i.
-
-    The method is symplectic as a_ij/b_j + a_ji/b_i = 1. The shares below the diagonal are about 1: they are
-    computed, and 1 minus them is free of rounding.
-    """
-    integrals = (POLYNOMIALS[:, 2:] - POLYNOMIALS[:, :-2]) / (4 * np.arange(1, STAGE_COUNT) + 2)
-    lower = np.tril(np.column_stack([NODES, integrals]) @ SERIES.T, -1)
-    shares: Floats = lower + np.eye(STAGE_COUNT) / 2 + np.tril(1 - lower, -1).T
-    return shares
-
-
-SHARES = _shares()  # The shares of stages i (rows) in the increments of stages j (columns).
+# a_ij / b_j: the share of stage i (rows) in the increment of stage j (columns). The method is symplectic as
+# a_ij/b_j + a_ji/b_i = 1. The shares below the diagonal are about 1, and 1 minus them is free of rounding.
+_INTEGRALS = (POLYNOMIALS[:, 2:] - POLYNOMIALS[:, :-2]) / (4 * np.arange(1, STAGE_COUNT) + 2)
+_LOWER = np.tril(np.column_stack([NODES, _INTEGRALS]) @ SERIES.T, -1)
+SHARES = _LOWER + np.eye(STAGE_COUNT) / 2 + np.tril(1 - _LOWER, -1).T
 
 EqualStep: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],

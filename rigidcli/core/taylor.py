@@ -114,14 +114,6 @@ def solve(problem: InitialValues, scales: Floats, most_kept: int = MOST_COEFFICI
     )
 
 
-def scales_of(seen: Floats, blocks: Sequence[int]) -> Floats:
-    """For each variable a power of 2, about as large as its block was in the states `seen` (m by n)."""
-    sizes = np.abs(seen).max(axis=0)
-    largest = np.maximum.reduceat(sizes, np.cumsum([0, *blocks[:-1]]))
-    exponents = np.where(largest > 0, np.frexp(largest)[1], 0)
-    return np.repeat(np.ldexp(1.0, np.clip(exponents, -1000, 1000)), blocks)
-
-
 @lru_cache(maxsize=2)
 def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
     """heyoka's integrator of so many variables. To make it takes as long as to use it.
