@@ -153,15 +153,9 @@ def heavy_motion(
     limits = swing(start)
     w3 = float(omega[2] / unit)
     rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
-    motion = HeavyMotion(
-        unit,
-        w3,
-        limits,
-        rate,
-        _first_argument(limits, float(start.slope)),
-        _total(own, limits, rate),
-        _difference(-own, limits, rate),
-    )
+    first = _first_argument(limits, float(start.slope))
+    turns = _total(own, limits, rate), _difference(-own, limits, rate)
+    motion = HeavyMotion(unit, w3, limits, rate, first, *turns)
     return motion._replace(leads=_leads(motion, omega / unit, orientation))
 
 
