@@ -124,12 +124,8 @@ def _bind(limits: Limits) -> None:
         file = os.open("/proc/self/oom_score_adj", os.O_WRONLY)
         os.write(file, b"1000")
         os.close(file)
-    bounds = {
-        resource.RLIMIT_CORE: (0, 0),
-        resource.RLIMIT_FSIZE: (0, 0),
-        resource.RLIMIT_NOFILE: (limits.files, limits.files),
-        resource.RLIMIT_NPROC: (0, 0),
-    }
+    bounds = dict.fromkeys((resource.RLIMIT_CORE, resource.RLIMIT_FSIZE, resource.RLIMIT_NPROC), (0, 0))
+    bounds[resource.RLIMIT_NOFILE] = (limits.files, limits.files)
     if (used := address_space()) is not None:
         bounds[resource.RLIMIT_AS] = (used + limits.memory, used + limits.memory)
     for name, bound in bounds.items():

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import combinations
-from typing import Annotated, Any, ClassVar, Literal, Self, cast
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, cast
 
 import numpy as np
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
@@ -64,6 +64,8 @@ def _three_by_three(raw: object) -> object:
 
 
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
+TensorRows: TypeAlias = tuple[TensorRow, TensorRow, TensorRow]
+_ENTRIES = Alternative(dict, _rows, Annotated[TensorRows, AsList], reference(TensorEntries))
 
 
 class KnownTensor(Form):
@@ -74,19 +76,9 @@ class KnownTensor(Form):
 
     ONE_OF: ClassVar = ("inertia", "moments")
 
-    inertia: (
-        Annotated[
-            tuple[TensorRow, TensorRow, TensorRow],
-            Alternative(
-                dict,
-                _rows,
-                otherwise=Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList],
-                schema=reference(TensorEntries),
-            ),
-            BeforeValidator(_three_by_three),
-        ]
-        | None
-    ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")
+    inertia: Annotated[TensorRows, _ENTRIES, BeforeValidator(_three_by_three)] | None = Field(
+        default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
+    )
     products: Literal["minus", "plus"] = Field(
         default="minus",
         description="The sign of products of inertia: -sum m x y, or plus as CAD programs print them",

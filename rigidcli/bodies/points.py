@@ -254,14 +254,9 @@ def _row(raw: Mapping[str, Any], env: Environment) -> tuple[Scalar, ...]:
     return (point.mass, *point.position)
 
 
+_NUMBERS = Annotated[tuple[Mass, Coordinate, Coordinate, Coordinate], AsList]
 Row: TypeAlias = Annotated[
-    tuple[Scalar, Scalar, Scalar, Scalar],
-    Alternative(
-        dict,
-        _row,
-        otherwise=Annotated[tuple[Mass, Coordinate, Coordinate, Coordinate], AsList],
-        schema=reference(PointMass),
-    ),
+    tuple[Scalar, Scalar, Scalar, Scalar], Alternative(dict, _row, _NUMBERS, reference(PointMass))
 ]
 
 

@@ -37,9 +37,7 @@ CheckFormat = StrEnum("CheckFormat", "table json csv junit gradescope html")
 FORMATS_OF_VIEWS = {
     "--items": ("table", "json", "csv"),
     "--regrade": ("table",),
-    "--canvas": ("table", "csv"),
-    "--moodle": ("table", "csv"),
-    "--wide": ("table", "csv"),
+    **dict.fromkeys(("--canvas", "--moodle", "--wide"), ("table", "csv")),
     "--selftest": ("table",),
     "--sheets": ("table", "html", "csv"),
 }

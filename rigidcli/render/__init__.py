@@ -93,8 +93,6 @@ class Traits(NamedTuple):
         return self.ensembles == "rows"
 
 
-_PROGRAM = Traits(studies=("hamilton",), module="program", program=True)
-_BLOCK = Traits(studies=("inertia",), module="inertial")
 # The needs and abilities of the formats.
 TRAITS = {
     Format.table: Traits(ensembles="few", terminal=True),
@@ -103,11 +101,8 @@ TRAITS = {
     Format.latex: Traits(ensembles="few", options=("standalone",)),
     Format.html: Traits(ensembles="few", page=True),
     Format.parquet: Traits(ensembles="rows", file=".parquet"),
-    Format.python: _PROGRAM,
-    Format.c: _PROGRAM,
-    Format.urdf: _BLOCK,
-    Format.sdf: _BLOCK,
-    Format.mjcf: _BLOCK,
+    **dict.fromkeys((Format.python, Format.c), Traits(studies=("hamilton",), module="program", program=True)),
+    **dict.fromkeys((Format.urdf, Format.sdf, Format.mjcf), Traits(studies=("inertia",), module="inertial")),
 }
 
 
@@ -132,9 +127,8 @@ def renderer(name: Format) -> Renderer:
 
 def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
     """The output in a format, text or bytes, from the pieces that `piece` made of the reports."""
-    render = getattr(_module(name), "render", None)
-    output: Iterator[Any] = iter(pieces) if render is None else render(pieces, look)
-    return output
+    render: Callable[..., Iterator[Any]] | None = getattr(_module(name), "render", None)
+    return iter(pieces) if render is None else render(pieces, look)
 
 
 def piece(name: Format, report: Report, look: Look) -> Any:
