@@ -15,7 +15,7 @@ import typer
 
 import rigidcli
 from rigidcli import STUDIES
-from rigidcli.bodies import shape_formulas, shapes
+from rigidcli.bodies import primitives, shapes
 from rigidcli.cli import app, options
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.printing import Kind
@@ -77,8 +77,8 @@ def test_no_room_is_larger_than_it_may_be() -> None:
 def test_every_primitive_is_in_the_table() -> None:
     functions = {
         value
-        for name, value in vars(shape_formulas).items()
-        if inspect.isfunction(value) and value.__module__ == shape_formulas.__name__ and name[0] != "_"
+        for name, value in vars(primitives).items()
+        if inspect.isfunction(value) and value.__module__ == primitives.__name__ and name[0] != "_"
     }
     assert functions == set(shapes.PRIMITIVES)
 

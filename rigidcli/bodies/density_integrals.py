@@ -23,7 +23,7 @@ from rigidcli.language.expression import array
 
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_files import Checked
-    from rigidcli.bodies.shape_formulas import Figure
+    from rigidcli.bodies.primitives import Figure
 
 # Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
 POINTS_OF_NET = 13

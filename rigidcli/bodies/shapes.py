@@ -1,6 +1,6 @@
 """The shapes as forms of body: their dimensions, and a mass or a density; solid, flat, shells and wires.
 
-A new shape is a function in `shape_formulas`, and a row in `PRIMITIVES`.
+A new shape is a function in `primitives`, and a row in `PRIMITIVES`.
 """
 
 # Annotations here are objects, not texts, which pydantic would read anew for each shape.
@@ -17,11 +17,11 @@ from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, create_mode
 from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
-from rigidcli.bodies import shape_formulas, solids
+from rigidcli.bodies import primitives, solids
 from rigidcli.bodies.charts import Chart, right_angles
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.shape_formulas import Figure
+from rigidcli.bodies.primitives import Figure
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, with_article
@@ -332,40 +332,40 @@ def section(formula: Callable[..., Figure], kind: type[Shape], anchors: Mapping[
 # The anchor of what stands on a base, with its origin half way up.
 BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
 # The anchors of what opens from an apex at its origin.
-TIP: dict[str, Anchor] = {"apex": lambda s: shape_formulas.ORIGIN, "base": lambda s: (0, 0, s.height)}
+TIP: dict[str, Anchor] = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
 
 # Whether a primitive is solid, flat, a shell or a wire, and its anchors besides the centre of mass.
 PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
-    shape_formulas.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
-    shape_formulas.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
-    shape_formulas.sphere: (Solid, {}),
-    shape_formulas.hollow_sphere: (Solid, {}),
-    shape_formulas.ellipsoid: (Solid, {}),
-    shape_formulas.cylinder: (Solid, BASE),
-    shape_formulas.tube: (Solid, BASE),
-    shape_formulas.elliptic_cylinder: (Solid, BASE),
-    shape_formulas.half_cylinder: (Solid, {}),
-    shape_formulas.cone: (Solid, TIP),
-    shape_formulas.frustum: (Solid, {"top": lambda s: (0, 0, s.height)}),
-    shape_formulas.pyramid: (Solid, {"apex": lambda s: (0, 0, s.height)}),
-    shape_formulas.hemisphere: (Solid, {}),
-    shape_formulas.spherical_cap: (Solid, {}),
-    shape_formulas.capsule: (Solid, {}),
-    shape_formulas.torus: (Solid, {}),
-    shape_formulas.tetrahedron: (Solid, {}),
-    shape_formulas.prism: (Solid, BASE),
-    shape_formulas.spherical_shell: (Shell, {}),
-    shape_formulas.hemispherical_shell: (Shell, {}),
-    shape_formulas.cylindrical_shell: (Shell, BASE),
-    shape_formulas.conical_shell: (Shell, TIP),
-    shape_formulas.plate: (Lamina, {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}),
-    shape_formulas.disk: (Lamina, {}),
-    shape_formulas.annulus: (Lamina, {}),
-    shape_formulas.half_disk: (Lamina, {}),
-    shape_formulas.triangle: (Lamina, {}),
-    shape_formulas.polygon: (Lamina, {}),
-    shape_formulas.rod: (Wire, {"end": lambda s: (0, 0, -s.length / 2)}),
-    shape_formulas.ring: (Wire, {}),
+    primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
+    primitives.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
+    primitives.sphere: (Solid, {}),
+    primitives.hollow_sphere: (Solid, {}),
+    primitives.ellipsoid: (Solid, {}),
+    primitives.cylinder: (Solid, BASE),
+    primitives.tube: (Solid, BASE),
+    primitives.elliptic_cylinder: (Solid, BASE),
+    primitives.half_cylinder: (Solid, {}),
+    primitives.cone: (Solid, TIP),
+    primitives.frustum: (Solid, {"top": lambda s: (0, 0, s.height)}),
+    primitives.pyramid: (Solid, {"apex": lambda s: (0, 0, s.height)}),
+    primitives.hemisphere: (Solid, {}),
+    primitives.spherical_cap: (Solid, {}),
+    primitives.capsule: (Solid, {}),
+    primitives.torus: (Solid, {}),
+    primitives.tetrahedron: (Solid, {}),
+    primitives.prism: (Solid, BASE),
+    primitives.spherical_shell: (Shell, {}),
+    primitives.hemispherical_shell: (Shell, {}),
+    primitives.cylindrical_shell: (Shell, BASE),
+    primitives.conical_shell: (Shell, TIP),
+    primitives.plate: (Lamina, {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}),
+    primitives.disk: (Lamina, {}),
+    primitives.annulus: (Lamina, {}),
+    primitives.half_disk: (Lamina, {}),
+    primitives.triangle: (Lamina, {}),
+    primitives.polygon: (Lamina, {}),
+    primitives.rod: (Wire, {"end": lambda s: (0, 0, -s.length / 2)}),
+    primitives.ring: (Wire, {}),
 }
 
 _NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
