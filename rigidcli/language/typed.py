@@ -196,14 +196,13 @@ def last_member(text: str) -> tuple[str, list[str]]:
     if "=" not in text and not _AND.search(text):
         return END.sub("", text), []
     *reasons, conclusion = map(statements, cut(text, re.compile("=>|->")))
-    (name, *values), *again = conclusion or [[text]]
-    name = name.strip()
+    first, *again = conclusion or [[text]]
+    name = first[0].strip()
     told = [members for reason in reasons for members in reason if members[1:] and is_label(members[0])]
     is_other = any(len(members) < 2 or members[0].strip() not in ("", name) for members in again)
     if is_other or any(own.strip() != name for own, *_ in told) or len(cut(text, _AND)) > 1:
         raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
-    *before, last = [name, *(member for _, *others in told for member in others), *values]
-    *before, last = [*before, last, *(member for _, *others in again for member in others)]
+    *before, last = [name, *(member for _, *others in (*told, first, *again) for member in others)]
     if before and re.fullmatch(rf"(?i)\s*{said('constant')}\.?\s*", last):  # `E = 12.5 J = const.`
         *before, last = before
     return END.sub("", last), before
