@@ -38,11 +38,11 @@ MOST_LINES = {
     "document": 3318,  # cures for people who know other tools; constraints, observables
     "fields": 2063,  # a section reads on with the key that is meant
     "homework": 8869,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2494,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "language": 2493,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2860,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 568,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2777,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7852,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 7863,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1661,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations, islice
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import latex_name, reading
-from rigidcli.language.tree import Formula, Negative, Node, Product
+from rigidcli.language.tree import Call, Formula, Negative, Node, Product, nodes
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.canonical import Generated, added_by_forces
 from rigidcli.mechanics.canonical import generated as generated_by
@@ -112,6 +112,11 @@ class TransformedSystem(NamedTuple):
             )
         if self.conditions:
             yield f"H in the new variables is written for {' and '.join(self.conditions)}"
+        if self.hamiltonian is not None:
+            made, given = _functions([self.hamiltonian]), _functions(self.values.values())
+            for function in ("sin", "cos", "tan"):
+                if f"a{function}" in made and function in given:
+                    yield f"H in the new variables holds where a{function}({function}(u)) is u"
 
     def steps(self, fields: Sequence[Field]) -> Iterator[Step]:
         """Lead to the brackets and to H in the new variables; `fields` are all results."""
@@ -229,3 +234,7 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
         None if new_h is None else new_h.hamiltonian,
         moved,
     )
+
+
+def _functions(expressions: Iterable[Expr]) -> set[str]:
+    return {node.function for node in nodes(e.tree() for e in expressions) if isinstance(node, Call)}
