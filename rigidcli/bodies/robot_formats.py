@@ -152,7 +152,6 @@ def _turned(roll_pitch_yaw: Sequence[Any], unit: str = "") -> Body:
 
 
 def _angles(values: Sequence[Any], unit: str) -> list[Any]:
-    """Angles in a `unit`, or in rad."""
     return [f"{value} {unit}" if unit else value for value in values]
 
 

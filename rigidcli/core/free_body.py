@@ -301,7 +301,6 @@ class Circulation(NamedTuple):
 
 
 def _circulation(state: State, about_low: bool) -> Circulation:
-    """The constants of motions that are all about the same axis."""
     (Ia, Ib, Ic), axes, rates, speeds, _ = state
     speeds = speeds[:, None]
     d = np.sqrt(np.abs(state.excess()[0]))[:, None]

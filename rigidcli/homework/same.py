@@ -348,7 +348,6 @@ def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
 
 
 def _domains(names: Names, nodes: Sequence[Node]) -> dict[str, str]:
-    """The domains of the names in formulas."""
     used = set[str]().union(*map(tree.names_in, nodes))
     return {name: domain for name, domain in names.domains.items() if name in used}
 

@@ -293,7 +293,6 @@ _TYPES = {
 
 
 def _kind(schema: Schema) -> str:
-    """The kind of value that a schema allows, in words."""
     if "$ref" in schema:
         definition = _referred(schema)
         return "a mapping" if "properties" in definition else _small(definition["description"])

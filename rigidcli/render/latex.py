@@ -82,7 +82,6 @@ _SAME = re.compile(r"(.+) &= \1")
 
 
 def _column(column: Column, texts: list[str]) -> list[str]:
-    """A column as LaTeX: the head with the unit, then the cells."""
     head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
     cells = [_prose(text) if is_word else f"${text}$" for text, is_word in worded(column, texts)]
     unit = f"${_upright(column.unit)}$" if "^" in column.unit else _escaped(column.unit)

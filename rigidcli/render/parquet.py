@@ -71,7 +71,6 @@ def render(pieces: Iterable[ParquetPiece], look: Look) -> Iterator[bytes]:
 
 
 def _groups(pieces: Iterable[ParquetPiece]) -> Iterator[ParquetPiece]:
-    """The rows of all pieces, many at a time."""
     some, count = list[ParquetPiece](), 0
     for each in pieces:
         some.append(each)

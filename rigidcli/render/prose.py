@@ -107,7 +107,6 @@ def _is_article(run: Sequence[Token], place: int, words: str) -> bool:
 
 
 def _latex(tokens: Sequence[Token], formula: str, is_vector: bool = False) -> str:
-    """The tokens of a formula as LaTeX for math mode."""
     bold: Mapping[str, str] = {}
     if _TENSOR.search(formula):
         bold = _TENSORS

@@ -55,7 +55,6 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
 
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:
-    """The lines of a value, and its unit."""
     if entry.words or entry.value is None:
         return entry.words or "not known", ""
     factor, texts, unit = entries(entry, digits, number)

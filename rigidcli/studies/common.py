@@ -148,7 +148,6 @@ def _rows(name: str) -> list[list[str]]:
 
 
 def _read() -> dict[str, dict[str, Field]]:
-    """The results of each command by their keys, still without values."""
     results: dict[str, dict[str, Field]] = {}
     for commands, key, title, symbol, unit, cells, kind, means in _rows("results.csv"):
         places = (cell.partition(":") for cell in cells.split())

@@ -196,7 +196,6 @@ def _dots(axes: Any, mark: Mark) -> None:
 
 
 def _arrow(axes: Any, mark: Mark) -> None:
-    """An arrow from the first point to the last."""
     start, end = points = np.asarray(mark.points, dtype=float)
     look = _look(mark)
     if len(start) == 2:

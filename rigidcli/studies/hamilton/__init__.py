@@ -391,7 +391,6 @@ def _libration(found: Libration | None, derivation: Derivation) -> list[Field]:
 
 
 def _constraint_table(findings: Findings) -> list[Table]:
-    """The constraints, as they are typed."""
     limits = findings.derivation.system.constraints
     if not limits:
         return []

@@ -383,7 +383,6 @@ def _require_regular(derivation: Derivation, values: Mapping[str, Expr]) -> None
 
 
 def _is_short(branch: Branch) -> bool:
-    """Whether H and the velocities have at most MOST_NODES_OF_H."""
     return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES_OF_H
 
 

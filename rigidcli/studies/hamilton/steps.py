@@ -267,7 +267,6 @@ def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
-    """Write the determinant as a polynomial in one name."""
     by_degree = None
     with suppress(ExpressionError):
         determinant = tidy(short_determinant(matrix))

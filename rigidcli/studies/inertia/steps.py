@@ -67,7 +67,6 @@ def steps(document: Document, asked: Array) -> Iterator[Step]:
 
 
 def _about_o(own: Array) -> Field:
-    """The tensor about O, along the axes of the document."""
     return Field("", own, "I", r"\mathbf{I}_O", "kg m^2")
 
 
