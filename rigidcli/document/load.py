@@ -7,7 +7,6 @@ import os
 import pathlib
 import random
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -222,6 +221,8 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(draft: Draft) -> ValueProblem:
+    import tomllib  # takes 2 ms, and no document needs it
+
     tree, hint, cure = draft.tree, "`rigidcli new` prints a document to start from", None
     with suppress(tomllib.TOMLDecodeError):
         sections = tomllib.loads(draft.text)
