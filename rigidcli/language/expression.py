@@ -19,12 +19,10 @@ from functools import partial, reduce
 from typing import TYPE_CHECKING, Any
 
 from rigidcli.errors import ExpressionError, shortened
-from rigidcli.language.latex import DOTS, plain, undotted
 from rigidcli.language.parser import NO_FUNCTIONS, of_tokens
 from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
-from rigidcli.language.typed import POINTS, QUOTES
-from rigidcli.language.words import FUNCTIONS, Words
+from rigidcli.language.words import DOTS, FUNCTIONS, Words, undotted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,6 +64,9 @@ def parse(
         bare = (unicodedata.normalize("NFKD", sign).strip(DOTS) for sign in text if sign.isalpha())
         if error.code or not all(letter.isascii() or letter in GREEK_LETTERS for letter in bare):
             raise
+        from rigidcli.language.latex import plain  # the patterns of other notations take 10 ms to compile
+        from rigidcli.language.typed import POINTS, QUOTES
+
         try:
             typed = plain(text.strip(QUOTES + "‘’"))
             tokens = tokenize(typed.translate(POINTS) if "\\" in text else typed, as_typed=False)

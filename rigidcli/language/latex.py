@@ -17,7 +17,7 @@ import unicodedata
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SUPERSCRIPT, rewritten, rules
-from rigidcli.language.words import CALLED
+from rigidcli.language.words import CALLED, undotted
 
 # The most braces inside each other; twice as many rounds of replacements are enough for them.
 MAX_NESTING = 60
@@ -42,8 +42,6 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )
-DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
-_DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
 
 
 def _in_ascii(match: re.Match[str]) -> str:
@@ -123,15 +121,6 @@ def with_hats(text: str) -> str:
     text = unicodedata.normalize("NFD", undotted(rewritten(text, _TO_LATEX)))
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
     return _without_braces(text) if set("\\{}$").intersection(text) else text
-
-
-def undotted(text: str) -> str:
-    """A text with names for letters that have dots: xdot and x_1ddot for x and x_1 with one dot and two."""
-    marked = text.replace("\N{DOT ABOVE}", DOTS[0]).replace("\N{DIAERESIS}", DOTS[1])
-    letters = unicodedata.normalize("NFD", marked)
-    if not any(dots in letters for dots in DOTS):
-        return text
-    return _DOTTED.sub(lambda m: f"{m[1]}{m[3] or ''}{'dot' if m[2] == DOTS[0] else 'ddot'}", letters)
 
 
 # --- groups, once commands are signs

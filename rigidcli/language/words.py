@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -175,3 +176,16 @@ NOTATION = [
     Notation(of, document, typed, readings)
     for of, document, typed, *readings in table(__file__, "notation.tsv")
 ]
+
+
+DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
+_DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
+
+
+def undotted(text: str) -> str:
+    """A text with names for letters that have dots: xdot and x_1ddot for x and x_1 with one dot and two."""
+    marks = str.maketrans("\N{DOT ABOVE}\N{DIAERESIS}", DOTS)
+    letters = unicodedata.normalize("NFD", text.translate(marks))
+    if not any(dots in letters for dots in DOTS):
+        return text
+    return _DOTTED.sub(lambda m: f"{m[1]}{m[3] or ''}{'dot' if m[2] == DOTS[0] else 'ddot'}", letters)
