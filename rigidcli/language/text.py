@@ -107,8 +107,6 @@ def _sum(terms: Parts) -> _Piece:
 
 @lru_cache
 def _plain(times: str, power: str) -> Kind:
-    """One line of plain text, with these signs for products and powers."""
-
     def product(factors: Parts) -> _Piece:
         """From left to right, with divisions."""
         written, negative, is_open = "", False, False

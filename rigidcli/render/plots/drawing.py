@@ -162,7 +162,6 @@ def _name(ruler: PictureAxis) -> str:
 
 
 def _look(mark: Mark) -> dict[str, Any]:
-    """Colour, line style and legend of a line."""
     if mark.quiet:
         look: dict[str, Any] = {"color": GREY, "linewidth": 0.6}
     else:
