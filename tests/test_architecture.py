@@ -38,7 +38,7 @@ MOST_LINES = {
     "document": 3319,  # cures for people who know other tools; constraints, observables
     "fields": 2063,  # a section reads on with the key that is meant
     "homework": 8868,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2495,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "language": 2492,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2860,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 567,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2771,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -127,7 +127,6 @@ def with_hats(text: str) -> str:
 
 
 def _command(match: re.Match[str]) -> str:
-    """What a command comes to, or the beginning or end of an environment."""
     if match["end"]:
         return _END
     name = match["environment"] or match["command"]

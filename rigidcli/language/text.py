@@ -62,8 +62,6 @@ _SUM, _PRODUCT, _POWER, _ATOM = range(4)  # how tightly a written expression hol
 
 
 class _Piece(NamedTuple):
-    """A part of the tree, written."""
-
     text: str  # without its sign
     strength: int
     negative: bool = False
