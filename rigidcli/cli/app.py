@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
+from typer.core import TyperArgument, TyperCommand, TyperGroup
 
 from rigidcli import __version__
 from rigidcli.cli.output import LESS, complain
@@ -17,25 +18,36 @@ from rigidcli.commands import COMMANDS
 from rigidcli.errors import ComputationError, Problem, printable, shown
 
 
-class Option(TyperOption):
-    """An option whose default is not validated: building validators takes time at each start."""
+def _value(param: Any, validated: Callable[[Any, Any], Any], context: Any, given: Any) -> Any:
+    """The value of an option or an argument; a default or a text is not `validated` by typer.
 
-    def process_value(self, ctx: Any, value: Any) -> Any:
-        """The checked value; a default needs no check."""
-        if self.required or not (value is None or value is self.default):
-            return super().process_value(ctx, value)
-        value = () if value is None and self.multiple else value
-        return value if self.callback is None else self.callback(ctx, self, value)
+    It would build validators for that, and load pydantic, which takes 60 ms.
+    """
+    if given is None or given is param.default:
+        is_valid = not param.required
+    else:
+        kind = getattr(param, "type_descriptor", None)  # older versions of typer have none
+        is_valid = kind is not None and kind.annotation in (str, list[str]) and not kind.parameter_info.parser
+    if not is_valid:
+        return validated(context, given)
+    value = () if given is None and param.multiple else list(given) if isinstance(given, tuple) else given
+    return value if param.callback is None else param.callback(context, param, value)
 
 
-class ManualCommand(TyperCommand):
+class _Lean:
+    """A command, or their group, that loads little."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The arguments and options, `--help` and those that typer adds among them."""
+        params: list[Any] = super().get_params(ctx)  # type: ignore[misc]  # of typer's class
+        for param in params:
+            if "process_value" not in vars(param):
+                param.process_value = partial(_value, param, param.process_value)
+        return params
+
+
+class ManualCommand(_Lean, TyperCommand):
     """A command whose help has usage and arguments as manual pages have."""
-
-    def __init__(self, *args: Any, **settings: Any) -> None:
-        super().__init__(*args, **settings)
-        for param in self.params:
-            if type(param) is TyperOption:
-                param.__class__ = Option
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; errors are without the words that pydantic puts before them."""
@@ -69,7 +81,7 @@ def _name(argument: TyperArgument) -> str:
     return f"{argument.metavar or argument.name}{'...' if argument.nargs != 1 else ''}"
 
 
-class Commands(TyperGroup):
+class Commands(_Lean, TyperGroup):
     """The commands, each loaded when it is used; a FILE without a command gets a hint."""
 
     def list_commands(self, ctx: Any) -> list[str]:

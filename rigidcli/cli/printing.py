@@ -58,7 +58,7 @@ def _kind(typed: str) -> str:
 def new(
     kind: Annotated[
         str,
-        typer.Argument(metavar="KIND", help=ONE_OF, parser=_kind, autocompletion=lambda: [*NAMES]),
+        typer.Argument(metavar="KIND", help=ONE_OF, callback=_kind, autocompletion=lambda: [*NAMES]),
     ] = Kind.shape,
     output: OutputPath = None,
     force: Annotated[bool, option("force")] = False,

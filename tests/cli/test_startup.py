@@ -13,9 +13,9 @@ from tests.conftest import ROOT
 
 HEAVY = {
     *("numpy", "scipy", "sympy", "mpmath", "pint", "yaml", "rich", "orjson", "matplotlib", "plotext"),
-    *("latex2mathml", "xml"),
+    *("latex2mathml", "xml", "pydantic"),
 }
-FEW = {"numpy", "yaml", "orjson"}
+FEW = {"numpy", "yaml", "orjson", "pydantic"}
 
 RUNNER = """
 import contextlib, io, json, sys
@@ -73,7 +73,7 @@ TABLES = ("axes configs/known_tensor.yaml", "hamilton configs/taylor_13_06.yaml"
     ids=["nothing", "numbers", "tables"],
 )
 def test_commands_load_what_they_need(commands: tuple[str, ...], allowed: set[str]) -> None:
-    """Numbers need no algebra and everyday units no pint; a table in a pipe needs no rich."""
+    """Help needs no models, numbers no algebra, everyday units no pint, and a table in a pipe no rich."""
     after = loaded(RUNNER, json.dumps(commands), UNITS)
     assert len(after) == len(commands)
     for command, names in zip(commands, after, strict=True):
