@@ -6,7 +6,6 @@ that says what to do about it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -197,7 +196,11 @@ def shown(raw: object) -> str:
     if raw is None:
         return "nothing"
     text = in_yaml(raw)
-    return f"`{shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
+    if not text.isprintable():
+        import json
+
+        text = json.dumps(text)
+    return f"`{shortened(text, LONGEST_SHOWN)}`"
 
 
 def in_yaml(value: object) -> str:
@@ -206,7 +209,7 @@ def in_yaml(value: object) -> str:
         return f"{{{', '.join(f'{key}: {in_yaml(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(in_yaml, value))}]"
-    return "null" if value is None else json.dumps(value) if isinstance(value, bool) else str(value)
+    return "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def with_article(noun: str) -> str:

@@ -17,7 +17,6 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache, partial
-from importlib import resources
 from itertools import islice
 from operator import attrgetter
 from pathlib import Path
@@ -72,7 +71,7 @@ class Isotope(NamedTuple):
 @cache
 def table() -> tuple[Isotope, ...]:
     """All isotopes, by atomic and mass number."""
-    lines = resources.files("rigidcli.bodies").joinpath("isotopes.csv").read_text("ascii").splitlines()
+    lines = Path(__file__).with_name("isotopes.csv").read_text("ascii").splitlines()
     cells = (line.split(",") for line in lines[1:])
     return tuple(
         Isotope(int(number), symbol, int(nucleons), float(mass), float(abundance or 0))

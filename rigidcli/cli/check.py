@@ -7,7 +7,6 @@ from enum import StrEnum
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
 
 import typer
@@ -210,6 +209,8 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
 
 def judge(asked: Request, target: Output, failures: Failures) -> None:
     """Write the judgements of what is handed in, in the view that the user asks for."""
+    from tempfile import TemporaryDirectory
+
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
     from rigidcli.homework.overrides import read_overrides

@@ -9,7 +9,6 @@ import os
 import shutil
 import stat
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -265,9 +264,11 @@ class Folder(Output):
     def __exit__(self, *error: Any) -> None:
         if any(error) or not self._files:
             return
+        from tempfile import TemporaryDirectory
+
         with _failures_of(str(self._folder)):
             self._folder.mkdir(exist_ok=True)
-            with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=self._folder) as stage:
+            with TemporaryDirectory(prefix=".rigidcli-", dir=self._folder) as stage:
                 for name, pieces in self._files.items():
                     Path(stage, name).write_bytes(b"".join(pieces))
                     if (self._folder / name).is_dir() and not (self._folder / name).is_symlink():
@@ -304,11 +305,13 @@ def _replacing(path: Path) -> Iterator[BinaryIO]:
         with path.open("wb") as device:  # a device or a pipe has no old content to keep
             yield device
         return
+    from tempfile import mkstemp
+
     path = path.resolve()
     umask = os.umask(0)
     os.umask(umask)
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666 & ~umask
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    descriptor, name = mkstemp(prefix=f".{path.name}.", dir=path.parent)
     temporary = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:

@@ -6,7 +6,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from enum import StrEnum
-from importlib import import_module, resources
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -18,12 +18,11 @@ from rigidcli.cli.output import Failures, Folder, Output, complain, counted, is_
 from rigidcli.commands import COMMANDS
 from rigidcli.errors import ComputationError, UsageError, shown
 from rigidcli.fields.texts import ending
-from rigidcli.processes import each
-from rigidcli.sandbox import usable_cores
 
 if TYPE_CHECKING:
     from rigidcli.report import Report
 
+PACKAGE = Path(rigidcli.__file__).parent
 # The starters: files of that name in `rigidcli/starters`, mostly with the ending `.yaml`.
 Kind = StrEnum(
     "Kind",
@@ -77,7 +76,7 @@ def new(
         elif output is None:
             raise UsageError("it writes many pages", hint="`rigidcli new gallery -o FOLDER/`")
         else:
-            write_gallery(output, usable_cores())
+            write_gallery(output)
     raise typer.Exit(failures.code)
 
 
@@ -90,8 +89,7 @@ def write_starter(kind: Kind, output: str | None, force: bool) -> None:
     """Write a starter, and say what to do with it. Raises UsageError for a file that is there already."""
     if output is not None and is_file(output) and not force:
         raise UsageError("the file exists, and is not overwritten", hint="`--force` overwrites it")
-    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(kind, ".yaml"))
-    text = starter.read_text(encoding="utf-8")
+    text = (PACKAGE / "starters" / f"{kind}{ENDINGS.get(kind, '.yaml')}").read_text(encoding="utf-8")
     with Output(output) as target:
         target.write(text)
     if output is not None and is_file(output):
@@ -137,7 +135,7 @@ def explain(path: _Path = None) -> None:
 
 # --- the gallery: a page for each example, and an index of them with small pictures
 
-INSTALLED = Path(rigidcli.__file__).parent / "configs"
+INSTALLED = PACKAGE / "configs"
 # The folder of the examples: a wheel has them inside of the package, a checkout beside it.
 EXAMPLES = INSTALLED if INSTALLED.is_dir() else INSTALLED.parents[1] / "configs"
 # The studies with their headings; the first one that fits a document shows it.
@@ -161,9 +159,11 @@ class Card(NamedTuple):
     document: bytes
 
 
-def write_gallery(folder: str, jobs: int) -> None:
+def write_gallery(folder: str) -> None:
     """Write the index, the pages and the documents into a folder. Raises RigidError."""
+    from rigidcli.processes import each
     from rigidcli.render.plots import require_library
+    from rigidcli.sandbox import usable_cores
 
     for use in ("drawing", "formulas"):
         require_library(use)
@@ -171,7 +171,7 @@ def write_gallery(folder: str, jobs: int) -> None:
     cards = []
     with Folder(folder) as target:
         with counted(len(files)) as done:
-            for card in each(_cards, files, jobs, _lost):
+            for card in each(_cards, files, usable_cores(), _lost):
                 cards.append(card)
                 done(1)
         for card in cards:

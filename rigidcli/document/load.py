@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pathlib
 import random
@@ -159,6 +158,8 @@ def read_source(source: Source, exact: bool, settings: Sequence[str]) -> Documen
             raise UsageError("the document has been read already", hint=hint)
         return source
     if isinstance(source, Mapping):
+        import json
+
         try:
             # JSON is YAML; numbers that are not finite become texts, which are refused where they stand.
             text = json.dumps(source, default=plain, ensure_ascii=False)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from rigidcli.errors import ValueProblem, in_yaml, shown
 from rigidcli.suggestions import did_you_mean, nearest
 
-_LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
+_LINES = Path(__file__).with_name("words.csv").read_text("utf-8").splitlines()
 # The kind of a row, a name of the documents, and words that may stand for it.
 _ROWS = [line.split(",", 2) for line in _LINES[1:]]
 _OF_LISTS = ("entries", "components")  # the kinds of rows with the keys that may stand for a list

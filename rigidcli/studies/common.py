@@ -23,8 +23,8 @@ import csv
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from importlib import import_module, resources
-from pathlib import PurePath
+from importlib import import_module
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -143,7 +143,7 @@ def require_values(document: Document, task: str) -> None:
 
 
 def _rows(name: str) -> list[list[str]]:
-    with resources.files("rigidcli.studies").joinpath(name).open(encoding="utf-8") as table:
+    with Path(__file__).with_name(name).open(encoding="utf-8") as table:
         return [*csv.reader(table)][1:]
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
-from importlib import resources
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -276,7 +276,7 @@ def step_texts() -> dict[str, dict[str, str]]:
 
     The words for `{}` in a sentence depend on whether forces act besides those of L.
     """
-    with resources.files(__package__).joinpath("steps.csv").open(encoding="utf-8") as table:
+    with Path(__file__).with_name("steps.csv").open(encoding="utf-8") as table:
         return {row["key"]: row for row in csv.DictReader(table)}
 
 
