@@ -35,13 +35,13 @@ MOST_LINES = {
     "bodies": 5211,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2063,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4545,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3320,  # cures for people who know other tools; constraints, observables
+    "document": 3321,  # cures for people who know other tools; constraints, observables
     "fields": 2063,  # a section reads on with the key that is meant
     "homework": 8868,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2492,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "language": 2495,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2860,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 567,  # examples of keys, the words of a course, and sentences on the value of each key
-    "render": 2771,  # formulas within sentences are typeset; a slider over the values of a sweep
+    "render": 2777,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 7858,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1664,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }

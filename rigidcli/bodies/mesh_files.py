@@ -34,7 +34,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.errors import ValueProblem, printable, shortened, shown
 from rigidcli.fields.texts import opened
-from rigidcli.language.tokens import NUMERAL
+from rigidcli.language.numerals import NUMERAL
 
 # Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles.
 HEADER_BYTES = 84

@@ -28,7 +28,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
-from rigidcli.language.tokens import NUMERAL
+from rigidcli.language.numerals import NUMERAL
 
 MOST_ATOMS = 500_000  # the most atoms that are read, which takes two seconds
 # The most bytes of a line: an atom with velocity, force and charge has two hundred, comments are longer.

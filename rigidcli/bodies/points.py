@@ -33,7 +33,7 @@ from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
 from rigidcli.fields.section import Alternative, Section, environment, reference
 from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
-from rigidcli.language.tokens import NUMERAL
+from rigidcli.language.numerals import NUMERAL
 
 if TYPE_CHECKING:
     from rigidcli.bodies.molecules import Molecule

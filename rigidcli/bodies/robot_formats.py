@@ -30,7 +30,7 @@ import numpy as np
 from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight
 from rigidcli.errors import DocumentError, Problem, ValueProblem, first_few, shortened, shown
 from rigidcli.fields.texts import read_text
-from rigidcli.language.tokens import NUMERAL
+from rigidcli.language.numerals import NUMERAL
 
 # The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty.
 MAX_DEPTH = 100

@@ -7,7 +7,6 @@ ninety and `no` is false.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import yaml
 
 from rigidcli.errors import DocumentError, Excerpt, Path, Problem, shown
 from rigidcli.fields.texts import require_bounded
-from rigidcli.language.tokens import NUMERAL
+from rigidcli.language.numerals import NUMERAL
 
 # The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand.
 DEEPEST_NESTING = 50
@@ -70,6 +69,8 @@ def read_tree(
     if not text.isascii():
         text = _INDENTATION.sub(lambda blanks: " " * len(blanks[0]), text)
     if "\\u" in text:
+        import json
+
         text = _PAIR.sub(lambda pair: pair[1] + json.loads(f'"{pair[2]}"'), text)
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
+from rigidcli.language.numerals import UNSIGNED
 from rigidcli.language.words import table
 
 MAX_TEXT = 20_000  # the most characters of an expression, so that it is read in well under a second
@@ -43,9 +44,6 @@ _SPELLED = str.maketrans(
     | {"°": "deg", "√": "sqrt", "∛": "cbrt"}
 )
 _KINDS = {"degree": "name", "fraction": "number"}
-# The pattern of a decimal number without a sign. It is possessive, so that long digits are read once.
-UNSIGNED = r"(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+"
-NUMERAL = rf"[-+]?{UNSIGNED}"  # the pattern of a decimal number
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> {UNSIGNED} )

@@ -6,12 +6,12 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.errors import printable
-from rigidcli.language.tokens import GREEK_LETTERS
 from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells, yes_or_no
 
@@ -186,18 +186,24 @@ def _texts(value: Value, digits: int, notation: Notation) -> Any:
     return notation(value, digits)
 
 
-_GREEK_NAME = re.compile(rf"\b({'|'.join(GREEK_LETTERS.values())})(\d*)\b|\b([a-z])(\d+)\b")
-_LETTERS = {name: letter for letter, name in reversed(GREEK_LETTERS.items())}
+@cache
+def _letters() -> tuple[re.Pattern[str], dict[str, str]]:
+    """The pattern of names of Greek letters and of letters with numbers, and the letters by their names."""
+    from rigidcli.language.tokens import GREEK_LETTERS  # which data do without
+
+    letters = {name: letter for letter, name in reversed(GREEK_LETTERS.items())}
+    return re.compile(rf"\b({'|'.join(GREEK_LETTERS.values())})(\d*)\b|\b([a-z])(\d+)\b"), letters
 
 
 def lettered(text: str) -> str:
     """Plain text with Greek letters for their names, and numbers of symbols below the line: theta1 is θ₁."""
+    pattern, letters = _letters()
 
     def written(name: re.Match[str]) -> str:
         below = (name[2] or name[4] or "").translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
-        return _LETTERS.get(name[1] or "", name[3] or "") + below
+        return letters.get(name[1] or "", name[3] or "") + below
 
-    return _GREEK_NAME.sub(written, text)
+    return pattern.sub(written, text)
 
 
 def raised(text: str) -> str:

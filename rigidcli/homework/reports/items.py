@@ -24,7 +24,7 @@ from rigidcli.homework.reports import formats
 from rigidcli.homework.reports.formats import ReportStyle, block, excerpt, json_line, painted
 from rigidcli.homework.spreadsheets import read_own
 from rigidcli.homework.variants import words
-from rigidcli.language.tokens import UNSIGNED
+from rigidcli.language.numerals import UNSIGNED
 from rigidcli.render.terminal import TextRow
 
 MOST_SHOWN = 10  # wrong answers of a question that people are shown
