@@ -102,8 +102,6 @@ def command_of(name: str) -> Callable[..., None]:
 
 
 def _compute(command: Command, asked: Asked) -> int:
-    from rigidcli.cli.work import Work  # which reads documents
-
     form = Format(asked.format)
     traits, sweep = TRAITS[form], shared.read_sweep(asked.sweep, asked.pair)
     files, lists = shared.listed(asked.files)
@@ -132,6 +130,8 @@ def _compute(command: Command, asked: Asked) -> int:
     )
     for name, note in _unheeded(asked, form, picture):
         tell_notes(name, [note], asked.quiet)
+    from rigidcli.cli.work import Work  # which loads what reads documents, after wrong options are told
+
     return _run(asked, Work(command, form, look, options, asked.exact, settings, named, asked.plot))
 
 

@@ -51,12 +51,14 @@ def _names_in(file: str) -> list[str]:
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
+    if not settings:
+        return []
     from rigidcli.document.draft import split_setting
 
     with bad_parameter():
-        for setting in settings or ():
+        for setting in settings:
             split_setting(setting)
-    return settings or []
+    return settings
 
 
 def split(text: str | None) -> list[str]:

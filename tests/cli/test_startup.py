@@ -45,6 +45,14 @@ def loaded(script: str, *arguments: str) -> list[set[str]]:
     return [set(names) for names in json.loads(done.stdout)]
 
 
+def imported(*words: str, code: int = 0) -> set[str]:
+    """The modules that the program loads in a process of its own, which ends with this exit code."""
+    command = [sys.executable, "-X", "importtime", "-m", "rigidcli", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == code
+    return {*done.stderr.split()}
+
+
 def heavy(names: set[str]) -> set[str]:
     return {name.partition(".")[0] for name in names} & HEAVY
 
@@ -79,6 +87,11 @@ def test_commands_load_what_they_need(commands: tuple[str, ...], allowed: set[st
     for command, names in zip(commands, after, strict=True):
         assert heavy(names) <= allowed, command
         assert "numpy.ma" not in names, command
+
+
+@pytest.mark.parametrize("option", ["--compare", "--plot=body.txt", "--plot-kind=none"])
+def test_a_wrong_option_is_told_before_documents_can_be_read(option: str) -> None:
+    assert not {"numpy", "pydantic", "yaml"} & imported("axes", option, "configs/cube_corner.yaml", code=2)
 
 
 def test_functions_load_what_their_documents_need() -> None:
