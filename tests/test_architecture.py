@@ -35,7 +35,7 @@ MOST_LINES = {
     "bodies": 5211,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2065,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4545,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3321,  # cures for people who know other tools; constraints, observables
+    "document": 3335,  # cures for people who know other tools; constraints, observables
     "fields": 2063,  # a section reads on with the key that is meant
     "homework": 8868,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2495,  # one reader, with readings; one pattern of decimal numbers for all rooms

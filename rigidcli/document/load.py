@@ -50,7 +50,6 @@ TOP_KEYS = tuple(Document.model_fields)  # the keys at the top of a document
 SECTIONS_READ_ALONE = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
 # The most links of a robot, which take two seconds to read as documents; the largest robots have 200.
 MOST_LINKS = 1000
-LONGEST_CURE = 200  # the most characters of a document that a hint writes out
 # A mark of the text of a document, which the path to a file does not contain.
 _TEXT = re.compile(r"\n|:\s|\{")
 
@@ -189,7 +188,7 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         raise DocumentError([draft.link.problem])
     given = draft.settled.changed_by(swept, SWEEP)
     if not isinstance(given.tree, dict):
-        raise DocumentError([given.problem(_no_mapping(given))])
+        raise DocumentError([_no_mapping(given)])
     exact = given.exact or given.has_symbols
     if swept and not exact:
         rest = _without(draft, *(text.partition("=")[0] for text in swept))
@@ -221,22 +220,19 @@ def _without(draft: Draft, *paths: str) -> Document | None:
     return None
 
 
-def _no_mapping(draft: Draft) -> ValueProblem:
-    import tomllib  # takes 2 ms, and no document needs it
+def _no_mapping(draft: Draft) -> Problem:
+    from rigidcli.document.slips import TO_BEGIN, toml
 
-    tree, hint, cure = draft.tree, "`rigidcli new` prints a document to start from", None
-    with suppress(tomllib.TOMLDecodeError):
-        sections = tomllib.loads(draft.text)
-        if any(isinstance(section, dict) for section in sections.values()):
-            written = in_yaml(sections)
-            hint = f"write `{written}`" if len(written) <= LONGEST_CURE else hint
-            return ValueProblem("this is TOML, expected YAML", hint=hint)
+    if known := toml(draft.text, draft.source):
+        return known
+    tree, hint, cure = draft.tree, TO_BEGIN, None
     if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
         hint = "the keys of a document begin without dashes"
     elif isinstance(tree, str) and (cure := with_colon(tree)):
         hint = f"write `{cure}`"
     read = "an empty document" if tree is None else shown(tree)
-    return ValueProblem(f"read {read}, expected a mapping", hint=hint, typed=str(tree) if cure else None)
+    message = f"read {read}, expected a mapping"
+    return draft.problem(ValueProblem(message, hint=hint, typed=str(tree) if cure else None))
 
 
 def _document(
