@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,8 +96,7 @@ class Step:
     tables: tuple[Table, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Run:
+class Run(NamedTuple):
     """What a program does: from the values `start` of its variables at t = 0 to those at `times` (k, s).
 
     `sizes` are those of the variables on the way, with which their errors are compared.
@@ -108,8 +107,7 @@ class Run:
     times: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(NamedTuple):
     """Differential equations of first order, as a program in any language needs them.
 
     `about` are remarks, line by line. `constants` are numbers by their names, None where there is no value.

@@ -43,7 +43,7 @@ MOST_LINES = {
     "reference": 567,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2777,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 7858,  # constraints, observables, many orbits, periods; the response to driving forces
-    "": 1664,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "": 1662,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
