@@ -30,7 +30,8 @@ class RigidError(Exception):
 
     def __init__(self, message: str, *, hint: str | None = None) -> None:
         super().__init__(message)
-        self.message, self.hint = message, hint
+        self.message = message
+        self.hint = hint
 
 
 class UsageError(RigidError):
@@ -72,7 +73,10 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
         meant: Path = (),
     ) -> None:
         super().__init__(message, hint=hint)
-        self.path, self.typed, self.code, self.meant = path, typed, code, meant
+        self.path = path
+        self.typed = typed
+        self.code = code
+        self.meant = meant
 
     def below(self, *path: str | int) -> Self:
         """The same problem, as seen from further up the document."""

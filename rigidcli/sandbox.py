@@ -96,9 +96,14 @@ def timed(seconds: float) -> Iterator[None]:
 
 
 def start_clock(seconds: float) -> None:
-    """Let the time count: when it is up, this process ends by a signal. Zero seconds stop the clock."""
+    """Let the time count: when it is up, this process ends by a signal."""
     if sys.platform != "win32":
         signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def stop_clock() -> None:
+    """Let the time count no more: the work is done, and may wait to be fetched."""
+    start_clock(0)
 
 
 def _close_all_but(keep: Sequence[int]) -> None:

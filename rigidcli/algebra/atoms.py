@@ -15,6 +15,7 @@ from rigidcli.algebra.bounds import DEEPEST_NESTING, MOST_NODES_OF_ATOM, Rationa
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
+_GRAVITATION, _TIME = "G", "t"
 _FUNCTION_ORDER = {"exp": 0, "sin": 1, "sinh": 1, "cos": 2, "cosh": 2}
 _ALWAYS_POSITIVE = frozenset(["exp", "cosh"])
 _NEVER_NEGATIVE = frozenset(["abs", "acosh", "acos"])
@@ -104,8 +105,7 @@ class Terms:
     def sign(self) -> int | None:
         """1 or -1 where every term has that sign, 0 without terms, None where the terms do not tell."""
         signs = {
-            (1 if coefficient > 0 else -1)
-            * all(atom.positive or n.denominator != 1 or n % 2 == 0 for atom, n in monomial)
+            (1 if coefficient > 0 else -1) * all(atom.positive or _is_square(n) for atom, n in monomial)
             for monomial, coefficient in self.terms.items()
         }
         if not signs:
@@ -115,6 +115,10 @@ class Terms:
     def is_strict(self) -> bool:
         """Whether a term is positive or negative for all values, and not only where no symbol is zero."""
         return any(all(atom.positive for atom, _ in monomial) for monomial in self.terms)
+
+
+def _is_square(exponent: Rational) -> bool:
+    return exponent.denominator != 1 or exponent.numerator % 2 == 0
 
 
 def _place(term: tuple[Monomial, Rational]) -> tuple[object, ...]:
@@ -189,8 +193,8 @@ class Symbol(Atom):
     def __init__(self, name: str, positive: bool = False) -> None:
         # The degree in momenta and velocities, of which no product comes up to an acceleration.
         self.degree = 0 if not _is_rate(name) else 100 if _ACCELERATION.fullmatch(name) else 1
-        place = "6" if self.degree else "2" if name == "G" else "3" if _is_mass(name) else "4"
-        place += "~" if name == "t" else ""
+        place = "6" if self.degree else "2" if name == _GRAVITATION else "3" if _is_mass(name) else "4"
+        place += "~" if name == _TIME else ""
         counted = _DIGITS.sub(lambda digits: f"{len(digits[0]):03}{digits[0]}", name)
         mark = "+" if positive else ""
         super().__init__(f"{place}{counted.lower()} {name}{mark}", names=frozenset([name]))

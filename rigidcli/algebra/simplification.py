@@ -8,7 +8,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import combinations_with_replacement
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, interned
 from rigidcli.algebra.bounds import Allowance, Rational
@@ -284,10 +284,16 @@ def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
 _STEPS_TO_SEARCH = 5  # steps for each pair of functions in a term, each of which is looked up beside another
 
 
-# An odd and an even function with even**2 + sign*odd**2 = 1.
-_Pair: TypeAlias = tuple[str, str, int]
-_PAIRS: tuple[_Pair, ...] = (("sin", "cos", 1), ("sinh", "cosh", -1))
-_PAIR_OF = {function: pair for pair in _PAIRS for function in pair[:2]}
+class _Pair(NamedTuple):
+    """An odd and an even function with even**2 + sign*odd**2 = 1."""
+
+    odd: str
+    even: str
+    sign: int
+
+
+_PAIRS = (_Pair("sin", "cos", 1), _Pair("sinh", "cosh", -1))
+_PAIR_OF = {function: pair for pair in _PAIRS for function in (pair.odd, pair.even)}
 
 
 def _functions(e: Expr | Monomial) -> list[Applied[Expr]]:
@@ -367,16 +373,15 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
     """Squares of sines by cosines, or the other way, wherever that leaves fewer terms."""
     arguments = dict.fromkeys((_PAIR_OF[atom.function], atom.arguments[0]) for atom in _functions(e))
     for pair, x in sorted(arguments, key=lambda each: (_PAIRS.index(each[0]), each[1].key)):
-        ways = [_without_squares(e, pair, function, x, allowance) for function in pair[:2]]
+        ways = [_without_squares(e, pair, function, x, allowance) for function in (pair.odd, pair.even)]
         e = min([e, *ways], key=lambda way: (len(way.terms), way.nodes, way.key))
     return e
 
 
 def _without_squares(e: Expr, pair: _Pair, function: str, x: Expr, allowance: Allowance) -> Expr:
     """A sum with the squares of one function written in the other one of its pair."""
-    odd, even, sign = pair
-    other = apply(even if function == odd else odd, x)
-    square = sign * (1 - other**2) if function == odd else 1 - sign * other**2
+    other = apply(pair.even if function == pair.odd else pair.odd, x)
+    square = pair.sign * (1 - other**2) if function == pair.odd else 1 - pair.sign * other**2
     replaced = _function(function, x)
 
     def change(atom: Atom, n: Rational) -> Expr | None:

@@ -66,12 +66,7 @@ class Chart:
 
     def at(self, points: Floats) -> Spot:
         """The image of points (d by n)."""
-        spot = self.place(
-            *(
-                unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
-                for turn, unit in zip(self.coordinates, points, strict=True)
-            )
-        )
+        spot = self.place(*map(_argument, self.coordinates, points))
         measure = spot.measure * math.prod(turn.end for turn in self.coordinates if turn is not None)
         parts = (*spot[:3], measure, *spot[4:])
         return Spot(*(None if part is None else np.broadcast_to(part, points.shape[1]) for part in parts))
@@ -115,7 +110,8 @@ class Chart:
         """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""
         steps = [1 if arc is None else FACES_OF_RIGHT_ANGLE * right_angles(arc) for arc in self.coordinates]
         axes = [np.array([end]) if k == fixed else np.linspace(0, 1, 1 + n) for k, n in enumerate(steps)]
-        spot = self.at(np.array([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")]))
+        grids = np.meshgrid(*axes, indexing="ij")
+        spot = self.at(np.array([grid.ravel() for grid in grids]))
         places = np.stack([spot.x, spot.y, spot.z], axis=-1) + np.asarray(self.origin, dtype=np.float64)
         return places.reshape(*(len(axis) for axis in axes if len(axis) > 1), 3)
 
@@ -130,6 +126,10 @@ def gauss(count: int) -> tuple[Floats, Floats]:
     """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (1 + nodes) / 2, weights / 2
+
+
+def _argument(turn: Arc | None, unit: Floats) -> Any:
+    return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
 
 
 def block(*sides: Scalar | None) -> Chart:

@@ -269,7 +269,8 @@ class Composite(Form):
         """All shapes in the composite, at any depth, with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
-            for leaf in part.leaves(arithmetic) if isinstance(part, Composite) else [Leaf(part)]:
+            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [Leaf(part)]
+            for leaf in inner:
                 yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
 
 

@@ -12,7 +12,17 @@ import numpy as np
 from rigidcli.bodies import cubature
 from rigidcli.bodies.charts import Chart, gauss, right_angles, simplex
 from rigidcli.bodies.cubature import Peak
-from rigidcli.bodies.density import NEGATIVE, VARIABLES, at_points, centred, places, require_density, values
+from rigidcli.bodies.density import (
+    FIRST,
+    NEGATIVE,
+    SECOND,
+    VARIABLES,
+    at_points,
+    centred,
+    places,
+    require_density,
+    values,
+)
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
@@ -139,7 +149,7 @@ def of_mesh(
     # Rounded places change the density, the more so the farther the mesh is from its origin.
     rounding = EPS * (surface.cancelled + degree * np.abs(surface.box).max() / surface.size)
     error = rounding * highest * abs(surface.volume) * unit**3
-    return _properties([(moments[np.triu_indices(4)], error)], apex * unit, np.zeros(3), size)
+    return _properties([(moments[FIRST, SECOND], error)], apex * unit, np.zeros(3), size)
 
 
 def degree_of(formula: BoundExpression, r: int | None = None, s: int | None = None) -> int | None:
@@ -251,7 +261,8 @@ class ChartPart:
             return np.nan_to_num(sign * self.value(node, points))
 
         if start is None:
-            start = self.net[:, np.argsort(height(self.net), kind="stable")[:SEARCHES_FROM_NET]]
+            best = np.argsort(height(self.net), kind="stable")
+            start = self.net[:, best[:SEARCHES_FROM_NET]]
         last = cubature.SIDE_AT_PEAK / 10 if self.degree is None else LAST_STEP_OF_POLYNOMIAL
         return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), last)
 
@@ -265,7 +276,7 @@ class ChartPart:
             mass, place = self.density(points)
             place -= about[:, None]
             place /= units[:, None]
-            products = np.empty((10, mass.size))  # in the order of density.FIRST and SECOND
+            products = np.empty((10, mass.size))  # in the order of FIRST and SECOND
             products[0], products[1:4] = mass, mass * place
             products[4:7], products[7:9] = products[1] * place, products[2] * place[1:]
             products[9] = products[3] * place[2]

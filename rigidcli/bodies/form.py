@@ -4,10 +4,10 @@ The ways to write a rotation are all active (body to space): roll, pitch and yaw
 quaternion, matrix.
 """
 
-import re
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
@@ -42,9 +42,11 @@ class AxisAngle(Turn):
 
 
 def _three_axes(sequence: str) -> str:
-    if not re.fullmatch(r"(?!.*(.)\1)[xyz]{3}", sequence):
-        expected = "three of x, y, z with no axis twice in a row, such as zxz"
-        raise ValueProblem(f"read {shown(sequence)}, expected {expected}")
+    repeated = any(first == second for first, second in pairwise(sequence))
+    if len(sequence) != 3 or not set(sequence) <= set("xyz") or repeated:
+        raise ValueProblem(
+            f"read {shown(sequence)}, expected three of x, y, z with no axis twice in a row, such as zxz"
+        )
     return sequence
 
 

@@ -292,9 +292,11 @@ def read_sdf(root: Element, folder: Path) -> Robot:
     return Robot(links, notes)
 
 
-def _in_models(node: Element, scope: tuple[str, ...], tag: str) -> Iterator[tuple[tuple[str, ...], Element]]:
+def _in_models(
+    parent: Element, scope: tuple[str, ...], tag: str
+) -> Iterator[tuple[tuple[str, ...], Element]]:
     """The elements of this tag in all models, with the names of the models about them."""
-    for child in node.children:
+    for child in parent.children:
         if child.tag == tag:
             yield scope, child
         elif child.tag == "world":

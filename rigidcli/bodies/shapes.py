@@ -165,10 +165,12 @@ class Shape(Form):
             return ValueProblem("unknown key", hint="write `hole: true`")
         for radius in halved(key):
             if radius in cls.model_fields:
-                return unknown_key(radius, f"write `{radius}: {_half(raw[key])}`, half of the diameter")
+                cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
+                return unknown_key(radius, cure)
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
-            return unknown_key(dimension, None if cls.holds(dimension, raw[key]) else cls.summary())
+            hint = None if cls.holds(dimension, raw[key]) else cls.summary()
+            return unknown_key(dimension, hint)
         return super()._unknown(key, raw, env)
 
     @classmethod
@@ -315,15 +317,17 @@ class Wire(Shape):
     PER: ClassVar = LINE_DENSITY
 
 
-def section(formula: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]) -> type[Shape]:
-    """The section of a shape: its dimensions are the parameters of its `formula` after the first."""
-    _, *parameters = inspect.signature(formula).parameters.values()
+def section(
+    primitive: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]
+) -> type[Shape]:
+    """The section of a shape: its dimensions are the parameters of its `primitive` after the first."""
+    _, *parameters = inspect.signature(primitive).parameters.values()
     fields: dict[str, Any] = {one.name: (one.annotation, ...) for one in parameters}
     density = Annotated[Scalar | BoundExpression, Density(kind.PER, "positive")] | None
     fields["density"] = density, Field(default=None, description=SAID)
-    title = formula.__name__.title().replace("_", "")
-    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=formula.__doc__, **fields))
-    made.primitive, made.ANCHORS, made.UNIT = formula, anchors, kind.PER.unit
+    title = primitive.__name__.title().replace("_", "")
+    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=primitive.__doc__, **fields))
+    made.primitive, made.ANCHORS, made.UNIT = primitive, anchors, kind.PER.unit
     return made
 
 

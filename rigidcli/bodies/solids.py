@@ -195,6 +195,11 @@ def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
     return x, y, z[0] if z else 0 * x
 
 
+def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vertices without a last one that repeats the first, as in GeoJSON."""
+    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
+
+
 def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
     n = environment(info).arithmetic
     if n.sign(simplex_measure(n.array(vertices), n)) == 0:
@@ -214,8 +219,6 @@ Vertex = Annotated[
 Triangle = Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
 Tetrahedron = Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList, AfterValidator(_not_flat)]
 FlatVertex = Annotated[tuple[Coordinate, Coordinate], AsList, AfterValidator(_in_space)]
-# The last vertex may repeat the first, as in GeoJSON.
-_OPENED = AfterValidator(lambda given: given[:-1] if given[3:] and given[-1] == given[0] else given)
-_CORNERS = AsList, Field(min_length=3, max_length=1000), _OPENED, AfterValidator(_simple)
+_CORNERS = AsList, Field(min_length=3, max_length=1000), AfterValidator(_opened), AfterValidator(_simple)
 Outline = Annotated[(tuple[Vertex, ...], *_CORNERS)]
 FlatOutline = Annotated[(tuple[FlatVertex, ...], *_CORNERS)]

@@ -35,25 +35,34 @@ def write_folder(
     path = Path(folder).absolute()
     if path.is_dir() and any(path.iterdir()):
         raise UsageError(f"`{folder}` is not empty", hint="give a new folder for the parts of the table")
-    # A part has some places of a sweep of a document, or some documents.
-    tasks = documents(work, files, sweep, jobs)
-    parts: list[list[Task]] = [[part] for task in tasks for part in task.cut(PLACES)] if sweep else []
-    while some := list(islice(tasks, DOCUMENTS)):
-        parts.append(some)
+    parts = list(_parts(documents(work, files, sweep, jobs), sweep is not None))
     if not parts:
         return
     kinds: dict[str, str] = {}
     for part, end in ((parts[0], 0), (parts[len(parts) // 2], 0), (parts[-1], -1)):
-        task = part[end]._replace(places=part[end].places[end:][:1])
-        pieces = [each.outcome for each in answers(task, work) if not isinstance(each.outcome, Failure)]
-        columns = parquet.together(pieces).columns if pieces else {}
-        kinds = parquet.joined(kinds, {name: parquet.kind(values) for name, values in columns.items()})
+        task = part[end]
+        kinds = parquet.joined(kinds, _kinds(task._replace(places=task.places[end:][:1]), work))
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
     path.mkdir(parents=True, exist_ok=True)
     write = partial(_written, work=work, kinds=kinds, folder=path)
     for failed in each(write, enumerate(parts), jobs, lambda part: lost(part[1][0]).outcome):
         failures.tell(failed)
     failures.end()
+
+
+def _parts(tasks: Iterator[Task], are_swept: bool) -> Iterator[Sequence[Task]]:
+    """What becomes a part of the table: some places of a sweep of a document, or some documents."""
+    if are_swept:
+        yield from ([part] for task in tasks for part in task.cut(PLACES))
+    while some := list(islice(tasks, DOCUMENTS)):
+        yield some
+
+
+def _kinds(task: Task, work: Work) -> dict[str, str]:
+    """The columns of the answers to a task, and what they hold."""
+    pieces = [answer.outcome for answer in answers(task, work) if not isinstance(answer.outcome, Failure)]
+    columns = parquet.together(pieces).columns if pieces else {}
+    return {name: parquet.kind(values) for name, values in columns.items()}
 
 
 def _written(

@@ -13,7 +13,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Self
+from types import TracebackType
+from typing import BinaryIO, NamedTuple, Self
 
 import typer
 
@@ -233,9 +234,11 @@ class Output:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error: Any) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         with _failures_of(self._path or ""):
-            self._whole.__exit__(*error)
+            self._whole.__exit__(kind, error, trace)
 
 
 class Folder(Output):
@@ -261,8 +264,10 @@ class Folder(Output):
             if file.suffix == ".html" and file.resolve().parent == self._folder.resolve():
                 raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
-    def __exit__(self, *error: Any) -> None:
-        if any(error) or not self._files:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None or not self._files:
             return
         from tempfile import TemporaryDirectory
 

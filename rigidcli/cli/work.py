@@ -136,8 +136,9 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
     FILES are read here; the files that they name are read where the task is done. A document that cannot be
     swept is one failure, and not one at every value.
     """
-    few = jobs != 1 and work.plot is None and len(files) <= FEW_FILES
-    divided = sweep is None and few and work.command.section
+    divided = (
+        sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW_FILES and work.command.section
+    )
     for file in files:
         try:
             drafts, notes, _ = work.drafts(file)
@@ -287,7 +288,8 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     source, files = document.source, tuple(document.files)
     require_one_start(document, work.options)
     places = range(len(document.ensemble)) if starts is None else starts
-    parts = reports(document, alone.run, TRAITS[work.format].ensembles, places, several)
+    form = TRAITS[work.format].ensembles
+    parts = reports(document, alone.run, form, places, several)
     if work.plot is not None and document.system is not None:
         found = list(parts)
         good = [report for _, report in found if isinstance(report, Report)]

@@ -316,19 +316,22 @@ class Physical:
             return self.body.point_named(about, self.arithmetic)
         return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
 
+    def _require_known(self) -> None:
+        # A tensor without a mass cannot be shifted.
+        size, properties = self.arithmetic.size, self.properties
+        off = max(abs(size(component)) for component in self.point - properties.com)
+        far = max(abs(size(component)) for component in (*self.point, *properties.com))
+        if off > SAME_POINT * far or (self.sections["about"] == "com" and not properties.at_com):
+            hint = "give `mass`, or the tensor about the point asked for in `about`"
+            message = "missing: without it the tensor cannot be shifted"
+            raise ValueProblem(message, path=("body", "mass"), hint=hint)
+
     @cached_property
     def tensor(self) -> Array:
         """The inertia tensor about the point O (3 by 3, kg m^2)."""
         body = self.properties
         if body.mass is None:
-            # A tensor without a mass cannot be shifted.
-            size = self.arithmetic.size
-            off = max(abs(size(component)) for component in self.point - body.com)
-            far = max(abs(size(component)) for component in (*self.point, *body.com))
-            if off > SAME_POINT * far or (self.sections["about"] == "com" and not body.at_com):
-                hint = "give `mass`, or the tensor about the point asked for in `about`"
-                message = "missing: without it the tensor cannot be shifted"
-                raise ValueProblem(message, path=("body", "mass"), hint=hint)
+            self._require_known()
             return without_rounding(body.tensor)
         return self.arithmetic.tidy(without_rounding(body.tensor_about(self.point)))
 

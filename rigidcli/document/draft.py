@@ -62,6 +62,13 @@ def _steps(key: str) -> Path:
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
 
+def _is_parameter(path: Path, tree: Any) -> bool:
+    # The document has such a parameter, or uses one that it does not declare.
+    if len(path) > 1 or not isinstance(tree, dict) or path[0] in tree:
+        return False
+    return path[0] in (tree.get("parameters") or ()) or path[0] in names_in(tree)
+
+
 def names_in(tree: Any) -> set[str]:
     """The names in the expressions of a tree: in its texts, but for titles and keys."""
     if isinstance(tree, str):
@@ -160,9 +167,7 @@ class Draft:
         for setting in settings:
             path, text = split_setting(setting)
             key = ".".join(map(str, path))
-            # The document has such a parameter, or uses one that it does not declare.
-            is_word = len(path) == 1 and isinstance(tree, dict) and path[0] not in tree
-            if is_word and (path[0] in (tree.get("parameters") or ()) or path[0] in names_in(tree)):
+            if _is_parameter(path, tree):
                 path = ("parameters", *path)
             own = self.options.get(key)
             value = read_value(text, own or f"{option} {key}")

@@ -49,8 +49,9 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         else:
             problem = _of_type(path, kind, read, context, complaint["msg"])
         key = next((key for key in reversed(problem.path) if isinstance(key, str)), "")
-        value_meant = MEANT.get(type(read)) if problem.hint is None or isinstance(read, str) else None
-        if value_meant and (meant := value_meant(key, read, problem.message)) is not None:
+        if (meant := _value_meant(key, read, problem.message)) is not None and (
+            problem.hint is None or isinstance(read, str)
+        ):
             problem.hint = f"write `{meant}`"
         place = (problem.path, problem.code == UNKNOWN_KEY)
         is_shorter = kind == "missing" and isinstance(path[-1], int)  # the last entry that lacks tells of all
@@ -60,6 +61,15 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             explained[place] = problem
     cured = {path for (path, unknown), problem in explained.items() if unknown and problem.hint}
     return [each for (path, unknown), each in explained.items() if unknown or each.hint or path not in cured]
+
+
+def _value_meant(key: str, read: Any, message: str) -> str | None:
+    """The value to write in place of one of the wrong type, or of a word; None if nothing is known."""
+    if isinstance(read, str):
+        return _by_text(key, read, message)
+    if isinstance(read, dict):
+        return _by_mapping(key, read, message)
+    return _by_list(key, read, message) if isinstance(read, list) else None
 
 
 _MODULES = re.compile(r"\b(?:np|numpy|math|sp|sympy)\.(?=\w)")  # before functions, in Python
@@ -79,8 +89,10 @@ def _by_text(key: str, read: str, message: str) -> str | None:
 def _by_mapping(key: str, read: Mapping[str, Any], message: str) -> str | None:
     if key == "lagrangian":
         energies = ("kinetic", "potential")
-        meant = {name: [key for key in words.keys_called(name) if key in energies] for name in read}
-        return ", ".join(f"{(meant[name] or [name])[0]}: {value}" for name, value in read.items())
+        called = {
+            name: [key for key in words.keys_called(name) if key in energies] or [name] for name in read
+        }
+        return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
     if all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
     if key == "coordinates" and message.startswith("read"):
@@ -115,9 +127,6 @@ def _by_list(key: str, read: list[Any], message: str) -> str | None:
         return str(read[1]) if read[0] == 0 and "expected a time" in message else None
     return None
 
-
-# The functions that find the value to write in place of one of the wrong type, or None, by its type.
-MEANT: dict[type, Callable[..., str | None]] = {str: _by_text, dict: _by_mapping, list: _by_list}
 
 _NOTATIONS: tuple[tuple[str, str, Callable[..., str]], ...] = (
     ("is a force (N), expected a mass", r"(\d+\.?\d*) *N", lambda n: f"{float(n) / STANDARD_GRAVITY:.6g} kg"),

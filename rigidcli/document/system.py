@@ -45,7 +45,7 @@ MOST_ARGUMENTS = 6  # the most arguments of an unknown function: two points in s
 HIGHEST_DERIVATIVE = 3
 
 
-def _coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
+def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     names = read_new_names(raw, info, MOST_COORDINATES, "coordinates", derived_names)
     environment(info).names.coordinates = names
     return names
@@ -96,7 +96,9 @@ RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_
 
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     names = environment(info).names.coordinates
-    return read_mapping(raw, lambda _, value: _FORCE.read(value, info), example="{x: -c*xdot}", names=names)
+    return read_mapping(
+        raw, lambda name, value: _FORCE.read(value, info), example="{x: -c*xdot}", names=names
+    )
 
 
 _FORCE = SystemExpression(None, ("velocities", "momenta"))
@@ -182,7 +184,9 @@ _FUNCTIONS_SCHEMA = {
 }
 Functions: TypeAlias = Annotated[tuple[UnknownFunction, ...], ReadBy(_read_functions, _FUNCTIONS_SCHEMA)]
 Position: TypeAlias = Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)]
-Coordinates: TypeAlias = Annotated[tuple[str, ...], ReadBy(_coordinates, names_schema(1, MOST_COORDINATES))]
+Coordinates: TypeAlias = Annotated[
+    tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))
+]
 
 
 def _of_a_body(moments: tuple[Expression, ...], info: ValidationInfo) -> tuple[Expression, ...]:

@@ -58,18 +58,20 @@ class Section(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _report_keys(cls, raw: object, read: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+    def _report_keys(
+        cls, raw: object, validate: ModelWrapValidatorHandler[Self], info: ValidationInfo
+    ) -> Self:
         if not isinstance(raw, dict):
-            return read(raw)
+            return validate(raw)
         fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
         typed, problems = dict[Path, Path](), list[ValueProblem]()
         if not raw.keys() <= fields.keys():
             raw, problems = cls._meant(raw, environment(info), typed)
         problems += cls._contradictions(raw)
         if not problems:
-            return read(raw)
-        section: Self = refuse(cls.__name__, problems, lambda: read(raw), typed)
-        return section
+            return validate(raw)
+        read: Self = refuse(cls.__name__, problems, lambda: validate(raw), typed)
+        return read
 
     @classmethod
     def _meant(
@@ -263,7 +265,9 @@ class Reader:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)
 
-    def __get_pydantic_json_schema__(self, _: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
         # pydantic adds defaults to the schema that it gets; other fields of the same kind have others.
         return deepcopy(self.json_schema())
 
@@ -305,8 +309,10 @@ class Alternative:
             self.read, handler.generate_schema(self.otherwise)
         )
 
-    def __get_pydantic_json_schema__(self, own: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return {"anyOf": deepcopy(self.schemas(handler(own)))}
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": deepcopy(self.schemas(handler(schema)))}
 
 
 @dataclass(frozen=True)

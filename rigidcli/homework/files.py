@@ -103,12 +103,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 continue
             places = _below(folder, path, group, scratch / f"{group}-within", batch)
             if len(paths) > 1:
-                name = path.absolute().stem if is_archive else path.absolute().name
-                direct = [place for place in places if is_answer(place.file.name)] or places
-                if len(direct) == 1 and not direct[0].way:  # a folder with a single hand-in is a student's
-                    places = [replace(each, group=ONE_HAND_IN, way=(name, *each.way)) for each in places]
-                else:
-                    places = [replace(each, given=name) for each in places]
+                places = _given(places, path.absolute().stem if is_archive else path.absolute().name)
             if not places:
                 batch.trouble(path, "no answer files in it")
         else:
@@ -118,6 +113,14 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 seen.add(_spot(place.file))
                 batch.places.append(place)
     return batch
+
+
+def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
+    """The places below one of several folders given; one with a single hand-in is a student's."""
+    direct = [place for place in places if is_answer(place.file.name)] or places
+    if len(direct) == 1 and not direct[0].way:
+        return [replace(place, group=ONE_HAND_IN, way=(name, *place.way)) for place in places]
+    return [replace(place, given=name) for place in places]
 
 
 def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -163,7 +166,8 @@ def _listed(folder: Path, path: Path, group: int, way: tuple[str, ...], batch: B
         looked_into = [each for each in named if each in folders and not is_answer(each)]
         folders[:] = [each for each in looked_into if not Path(name, each).is_symlink()]
         for file in (here / each for each in named if each not in folders):
-            places.append(HandedFile(folder / file, safe_name(path / file), group, (*way, *here.parts)))
+            source = safe_name(path / file)
+            places.append(HandedFile(folder / file, source, group, (*way, *here.parts)))
     return places
 
 
@@ -274,7 +278,8 @@ def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
 
 def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
     """The parts of the name of an entry that is safe to write. Raises ValueError for others."""
-    if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG):
+    kind = stat.S_IFMT(info.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG):
         raise ValueError("it is a link, or no file")
     if not parts or ".." in parts or ELSEWHERE & set("".join(parts)) or info.filename.startswith(("/", "\\")):
         raise ValueError("its name leads out of the folder")

@@ -115,7 +115,8 @@ def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Stud
                 keys = roster.first(names) if place.owners else keys
                 meant = [roster.labels[key] for key in sorted(keys)]
                 name = meant[0] if len(meant) == 1 else name
-            students.setdefault(folded(name), _Student(name, meant)).files[place] = owner
+            student = students.setdefault(folded(name), _Student(name, meant))
+            student.files[place] = owner
     return [*students.values()]
 
 

@@ -64,7 +64,8 @@ class Item:
 
     def judged(self, id: str, result: Outcome, answer: str = "", read_as: str = "") -> Judged:
         """The question of this name with the points that its outcome earns."""
-        marks = result.verdict, round(result.share * self.points, PLACES), self.points, result.findings
+        score = round(result.share * self.points, PLACES)
+        marks = result.verdict, score, self.points, result.findings
         return Judged(id, self.title, answer, read_as, *marks, values=dict(self.values))
 
 

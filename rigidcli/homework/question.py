@@ -145,8 +145,9 @@ class Question(Section):
 
 
 # The options of every question, and those of all kinds of answers that are formulas.
-_KEYS = "document ask answer kind points title tolerance credit accept"
-EVERYWHERE = frozenset(_KEYS.split())
+EVERYWHERE = frozenset(
+    {"document", "ask", "answer", "kind", "points", "title", "tolerance", "credit", "accept"}
+)
 OF_FORMULAS = frozenset({"symbols", "coordinates", "momenta", "velocities", "numbers"})
 
 

@@ -71,7 +71,9 @@ class Roster:
     are all names of each. Notes call the list by its `kind`.
     """
 
-    def __init__(self, columns: list[str], table: Spreadsheet, head: int = 0, kind: str = "roster") -> None:
+    def __init__(
+        self, columns: Sequence[str], table: Spreadsheet, head: int = 0, kind: str = "roster"
+    ) -> None:
         self.head, self._kind = table.rows[head], kind
         self.rows = {
             number: row if len(columns) > 1 else [table.separator.join(row)]  # `Doe, Jane` is one cell then

@@ -21,7 +21,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
 from rigidcli.homework.base import Progress, Unreadable
-from rigidcli.sandbox import Limits, address_space, confine, start_clock
+from rigidcli.sandbox import Limits, address_space, confine, start_clock, stop_clock
 
 _Task = TypeVar("_Task")
 # How processes start: on other systems a fork is not safe, or not there.
@@ -65,11 +65,7 @@ def each(
                         message = f"no process can be started: {error.strerror or error}"
                         raise ComputationError(message) from None
                     workers[-1].give(*waiting.popleft(), limits)
-                # Those that have a result, have ended, or are past their deadline.
-                soonest = min(worker.deadline for worker in workers)
-                ready = wait([worker.line for worker in workers], max(0.0, soonest - time.monotonic()))
-                now = time.monotonic()
-                for worker in [each for each in workers if each.line in ready or each.deadline <= now]:
+                for worker in _ready(workers):
                     done[worker.index], serves = worker.take()
                     finished += 1
                     progress(finished / len(tasks))
@@ -126,6 +122,14 @@ class _Worker:
         self.line.close()
 
 
+def _ready(workers: Sequence[_Worker]) -> list[_Worker]:
+    """Wait for workers that have a result, have ended, or are past their deadline."""
+    soonest = min(worker.deadline for worker in workers)
+    ready = wait([worker.line for worker in workers], max(0.0, soonest - time.monotonic()))
+    now = time.monotonic()
+    return [worker for worker in workers if worker.line in ready or worker.deadline <= now]
+
+
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
     """A context in which SIGINT is blocked, in this process and in one that is started within."""
@@ -152,7 +156,7 @@ def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> 
             task = line.recv()
             start_clock(limits.seconds)
             data = work(task)
-            start_clock(0)  # the result may wait to be fetched
+            stop_clock()
             if len(data) > limits.handed:
                 code = TOO_LONG
                 return

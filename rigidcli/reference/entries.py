@@ -42,11 +42,8 @@ def entries() -> list[Entry]:
     """All entries; the topics are those with a path of one name."""
     plain = [*_keys(), *_shapes(), *_results(), *_others()]
     examples = _examples()
-    every = []
-    for entry in plain:  # the example of a key is that of the nearest key above it, too
-        above = (entry.path[:end] for end in range(len(entry.path), 1, -1))
-        every.append(entry._replace(example=next((examples[path] for path in above if path in examples), "")))
-    return [*every, *_subjects(plain)]
+    each = [entry._replace(example=_example_for(entry.path, examples)) for entry in plain]
+    return [*each, *_subjects(plain)]
 
 
 def _examples() -> dict[tuple[str, ...], str]:
@@ -79,6 +76,12 @@ def _paths(tree: Any, above: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
             yield (*above, "shape", tree["shape"])
             yield (*above, "shape", tree["shape"], key)
         yield from _paths(value, path)
+
+
+def _example_for(path: tuple[str, ...], examples: Mapping[tuple[str, ...], str]) -> str:
+    """The example of a key, or of the nearest key above it."""
+    above = (path[:end] for end in range(len(path), 1, -1))
+    return next((examples[each] for each in above if each in examples), "")
 
 
 def _subjects(every: Sequence[Entry]) -> Iterator[Entry]:

@@ -63,7 +63,9 @@ def explain(path: str) -> str:
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
     every, plain = stored(), _plain(path)
-    subjects = [one for one in every if one.path[0] == "subjects" and plain in map(_plain, one.other_names)]
+    subjects = [
+        entry for entry in every if entry.path[0] == "subjects" and plain in map(_plain, entry.other_names)
+    ]
     while not (matches := _called(steps)) and len(steps) > 1 and _called(steps[:1]):
         steps = steps[1:]
     matches = subjects + [entry for entry in matches if entry not in subjects]

@@ -39,11 +39,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     if sections:
         count = f"{len(sections)} result{'s' if len(sections) > 1 else ''}"
         title = count if look.several else sections[0][0]
-        contents = ""
-        if look.several:
-            names = (text(name) for name, _ in sections)
-            links = "".join(f'<li><a href="#result-{k}">{name}</a></li>\n' for k, name in enumerate(names, 1))
-            contents = f'<h1>{title}</h1>\n<nav aria-label="Contents"><ol>\n{links}</ol></nav>\n'
+        contents = _contents(title, [name for name, _ in sections]) if look.several else ""
         body = "".join((contents, *(section for _, section in sections)))
         style, scripts = _dress(body)
         scripts = [script_of("result.js"), *scripts]
@@ -57,6 +53,13 @@ def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
         document = (report.source, report.document)
         yield replace(report, document="") if document == before else report
         before = document
+
+
+def _contents(title: str, names: Iterable[str]) -> str:
+    links = "".join(
+        f'<li><a href="#result-{place}">{text(name)}</a></li>\n' for place, name in enumerate(names, 1)
+    )
+    return f'<h1>{title}</h1>\n<nav aria-label="Contents"><ol>\n{links}</ol></nav>\n'
 
 
 def fragment(report: Report, look: Look) -> str:
@@ -80,22 +83,19 @@ def _dress(body: str) -> tuple[str, list[str]]:
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
     name = f' id="{anchor}"' if anchor else ""
     figures = "".join(_figures(report, look, is_cell=is_cell))
-    parts = [
-        f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-        '<div class="front">\n',  # figures and results, side by side on a wide page
-        figures and f'<div class="figures">\n{figures}</div>\n',
-        f"<div>{''.join(_results_of(report, look))}</div>\n</div>\n",
-        *_tables(report.tables, look),
-        *_working(report.steps, look),
-    ]
-    if report.notes:
-        items = "".join(f"<li>{text(note)}</li>" for note in report.notes)
-        parts.append(f'<aside aria-label="Notes"><h3>Notes</h3><ul>{items}</ul></aside>\n')
-    if report.document:
-        lines = "\n".join(map(text, report.document.splitlines()))
-        parts.append(f"<details><summary>The document: {text(report.source)}</summary>\n")
-        parts.append(f"<pre>{lines}</pre></details>\n")
-    return "".join([*parts, "</section>\n"])
+    return "".join(
+        [
+            f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
+            '<div class="front">\n',  # figures and results, side by side on a wide page
+            figures and f'<div class="figures">\n{figures}</div>\n',
+            f"<div>{''.join(_results_of(report, look))}</div>\n</div>\n",
+            *_tables(report.tables, look),
+            *_working(report.steps, look),
+            *_notes(report),
+            *_document(report),
+            "</section>\n",
+        ]
+    )
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
@@ -202,3 +202,16 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
             yield from _tables(step.tables, look)
             yield "</li>\n"
         yield "</ol></div>\n"
+
+
+def _notes(report: Report) -> Iterator[str]:
+    if report.notes:
+        items = "".join(f"<li>{text(note)}</li>" for note in report.notes)
+        yield f'<aside aria-label="Notes"><h3>Notes</h3><ul>{items}</ul></aside>\n'
+
+
+def _document(report: Report) -> Iterator[str]:
+    if report.document:
+        yield f"<details><summary>The document: {text(report.source)}</summary>\n"
+        lines = "\n".join(map(text, report.document.splitlines()))
+        yield f"<pre>{lines}</pre></details>\n"

@@ -60,10 +60,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
         for columns in _pages([_column(*shown) for shown in shown_columns(table, look, number)]):
-            heads, *lines = (" & ".join(line) + r" \\" for line in zip(*columns, strict=True))
-            rows = "\n".join(f"  {line}" for line in [heads + r" \hline", *lines])
-            yield f"% {table.title}\n\\begin{{center}}\\begin{{tabular}}{{{'r' * len(columns)}}}\n{rows}\n"
-            yield "\\end{tabular}\\end{center}\n"
+            yield _table(table, columns)
 
 
 def formulas(report: Report, look: Look) -> str:
@@ -107,6 +104,16 @@ def _letters(latex: str) -> int:
     return len(re.sub(r"\\\w+", "x", _WIDTHLESS.sub("", latex.replace(r"\times", "xxx"))))
 
 
+def _table(table: Table, columns: list[list[str]]) -> str:
+    """A table in a `tabular`: heads, then the rows."""
+    heads, *lines = (" & ".join(line) + r" \\" for line in zip(*columns, strict=True))
+    body = "\n".join(f"  {line}" for line in [heads + r" \hline", *lines])
+    return (
+        f"% {table.title}\n\\begin{{center}}\\begin{{tabular}}{{{'r' * len(columns)}}}\n{body}\n"
+        "\\end{tabular}\\end{center}\n"
+    )
+
+
 def _row(entry: Field, look: Look) -> str:
     left = entry.symbol or rf"\text{{{_prose(entry.title)}}}"
     if entry.words or entry.value is None:
@@ -114,13 +121,16 @@ def _row(entry: Field, look: Look) -> str:
         written = _LINES.format(words) if _letters(words) > _LONG else rf"\text{{{words}}}"
         return rf"{left} &\colon {written}"
     written = value(entry, look.digits)
-    is_matrix = np.ndim(entry.value) == 2 and np.shape(entry.value)[1] <= _MOST_IN_PMATRIX
-    if not is_matrix and _letters(written) > _LONG:  # lines are broken between the terms of a sum
-        first, *others = pieces(written)
-        lines = [rf"$\displaystyle {line}$" for line in (first, *(f"{{}}{other}" for other in others))]
-        written = " ".join(rf"\fit{{{line}}}" if look.standalone else line for line in lines)
-        return f"{left} &= {_LINES.format(written)}"
+    if np.ndim(entry.value) != 2 or np.shape(entry.value)[1] > _MOST_IN_PMATRIX:
+        written = _broken(written, look) if _letters(written) > _LONG else written
     return f"{left} &= {written}"
+
+
+def _broken(latex: str, look: Look) -> str:
+    """A long formula in lines, which are broken between the terms of a sum."""
+    first, *others = pieces(latex)
+    lines = [rf"$\displaystyle {line}$" for line in (first, *(f"{{}}{other}" for other in others))]
+    return _LINES.format(" ".join(rf"\fit{{{line}}}" if look.standalone else line for line in lines))
 
 
 def pieces(latex: str) -> list[str]:

@@ -41,7 +41,8 @@ class Page:
     """Lines of text: words wrap at the width of a terminal, if there is one, and numbers are never cut."""
 
     def __init__(self, width: int | None, colour: bool) -> None:
-        self._width, self._colour = width, colour
+        self._width = width
+        self._colour = colour
         self._lines: list[str] = []
 
     def __str__(self) -> str:

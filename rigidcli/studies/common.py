@@ -168,16 +168,20 @@ RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
 
 def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
     """The field of a result by results.csv, with its value, words for it, and `changes` of the field."""
-    field = _BY_KEY[study][key]
-    if not words and isinstance(value, _WORDED):
-        text = value if isinstance(value, str) else "" if value is None else yes_or_no(value)
-        words = WORDS.get((key, text), text)
+    field, words = _BY_KEY[study][key], words or _in_words(key, value)
     # `replace` or a frozen class takes three times as long.
     looks = field.cells, words, field.counts, field.diagnostic, field.means
     field = Field(key, value, field.title, field.symbol, field.unit, *looks)
     for name, change in changes.items():
         setattr(field, name, change)
     return field
+
+
+def _in_words(key: str, value: Value) -> str:
+    if not isinstance(value, _WORDED):
+        return ""
+    text = "" if value is None else value if isinstance(value, str) else yes_or_no(value)
+    return WORDS.get((key, text), text)
 
 
 def celled(key: str, value: Value, title: str = "", symbol: str = "", **changes: Any) -> Field:

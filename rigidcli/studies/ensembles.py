@@ -195,7 +195,8 @@ def _summary(parts: Iterator[Report]) -> Report:
     gathered: list[Floats] = []
     first, digits = next(parts), np.inf
     for part in chain([first], parts):
-        t, *shown = (column for column in single_cells(_samples(part))[1:] if not column.hidden)
+        columns = single_cells(_samples(part))
+        t, *shown = (column for column in columns[1:] if not column.hidden)
         times = np.unique(t.values)
         values = np.stack([column.values for column in shown], axis=-1)
         gathered.append(values.reshape(-1, len(times), len(shown)))

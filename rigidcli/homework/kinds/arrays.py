@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -14,7 +14,17 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
-from rigidcli.homework.entries import Entry, Ruler, Same, computed, filled, is_constant, literal, shown_as
+from rigidcli.homework.entries import (
+    Entry,
+    Right,
+    Ruler,
+    Same,
+    computed,
+    filled,
+    is_constant,
+    literal,
+    shown_as,
+)
 from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import OTHER_PRODUCTS, Arrays, of_tensor, of_vector, shared_factor
 from rigidcli.homework.numbers import ROUNDING, TypedNumber
@@ -42,9 +52,9 @@ class ArrayKey:
     counted: frozenset[str]
 
     @property
-    def right(self) -> list[Any]:
+    def right(self) -> list[Right]:
         """The entries one after the other."""
-        right: list[Any] = self.entries.ravel().tolist()
+        right: list[Right] = self.entries.ravel().tolist()
         return right
 
     def named(self, *values: int) -> frozenset[str]:
@@ -114,7 +124,9 @@ class ArrayKind(AnswerKind):
             earned = 0  # where only zeros are right, nothing is
         return Outcome.earning(earned / len(key.counted), *self.said(key, value, wrong, partly=earned > 0))
 
-    def said(self, key: ArrayKey, value: Sequence[Entry], wrong: set[str], *, partly: bool) -> list[Finding]:
+    def said(
+        self, key: ArrayKey, value: Sequence[Entry], wrong: Collection[str], *, partly: bool
+    ) -> list[Finding]:
         """Feedback for the wrong places; `partly`: some points were earned."""
         off = [each for each in zip(key.labels, value, key.right, strict=True) if each[0] in wrong]
         if all(key.ruler.is_short(own, right) for _, own, right in off):
@@ -210,13 +222,15 @@ def rows(answer: Tree, expected: str = "rows of the same length") -> Array:
     return filled(cells, (len(lines), len(lines[0])))
 
 
-def by_places(answer: dict[str, Tree], indices: int, size: int, expected: str) -> dict[tuple[int, ...], Tree]:
+def by_places(
+    answer: dict[str, Tree], dimensions: int, size: int, expected: str
+) -> dict[tuple[int, ...], Tree]:
     """The entries of a mapping by the places that the ends of their names say: `L_x`, `I12`."""
     places: dict[tuple[int, ...], Tree] = {}
     for name, entry in answer.items():
-        ends = re.sub(r"[\s_{}()]", "", name).lower()[-indices:]
+        ends = re.sub(r"[\s_{}()]", "", name).lower()[-dimensions:]
         place = tuple(AXES.get(end, size) for end in ends)
-        if len(place) != indices or max(place) >= size:
+        if len(place) != dimensions or max(place) >= size:
             raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
         if place in places:
             raise Unreadable("duplicate_key", f"read {shown(name)}")
@@ -357,7 +371,9 @@ class TensorKind(MatrixKind):
         yield from ((code, tensor * signs) for code, tensor in of_tensor(source, usual))
         yield from super().mistakes(source, key)
 
-    def said(self, key: ArrayKey, value: Sequence[Entry], wrong: set[str], *, partly: bool) -> list[Finding]:
+    def said(
+        self, key: ArrayKey, value: Sequence[Entry], wrong: Collection[str], *, partly: bool
+    ) -> list[Finding]:
         """What is said of a wrong tensor: first, that it is not symmetric."""
         odd = _odd(key.ruler, value)
         others = {*wrong}.difference(odd)

@@ -103,7 +103,8 @@ class AxesKind(AnswerKind):
         moments = key.ruler.read(table[:, :-3].ravel(), arrays.numbered("moment", count * (width - 3)))
         direction = replace(key.ruler, unit=None)
         places = np.repeat(arrays.numbered("axis", count), 3).tolist()
-        axes = entries.filled(direction.read(table[:, -3:].ravel(), places), (count, 3)).tolist()
+        components = direction.read(table[:, -3:].ravel(), places)
+        axes = entries.filled(components, (count, 3)).tolist()
         names = [f"{name}: " for name in shown_as(moments)] or [""] * count
         texts = [f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, axes, strict=True)]
         return ReadAnswer(Pairs(moments, axes), "; ".join(texts))

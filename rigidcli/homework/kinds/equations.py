@@ -216,7 +216,9 @@ def _of(row: Mapping[str, Expr], names: Sequence[str]) -> list[Expr]:
     return [row.get(name, ZERO) for name in names]
 
 
-def _rows(key: MotionKey, residuals: list[Node], unknowns: list[str]) -> tuple[list[dict[str, Expr]], str]:
+def _rows(
+    key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]
+) -> tuple[list[dict[str, Expr]], str]:
     """The slopes of linear equations by their unknowns, and why other equations are left out."""
     rows, unclear = list[dict[str, Expr]](), ""
     for residual in residuals:

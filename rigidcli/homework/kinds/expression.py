@@ -63,12 +63,7 @@ class ExpressionKind(AnswerKind):
         rates = names.velocities if used & set(names.velocities) else names.momenta
         is_energy = last in ENERGIES if source.report is not None else not used.isdisjoint(rates)
         in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
-        if question.tolerance.absolute is not None:
-            message = "an expression has a tolerance `relative` to its terms"
-            raise ValueProblem(message, path=("tolerance", "absolute"))
-        figures = question.tolerance.significant_figures
-        relative = question.tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
-        formulas = formulas_of(source, names, relative)
+        formulas = formulas_of(source, names, _relative(question.tolerance))
         if all(value is None for value in formulas.values(tree)):
             raise ValueProblem("the key has no value")
         constant = is_energy and bool(used & names.states) and question.constant == "allowed"
@@ -125,6 +120,15 @@ def _tree(source: KeySource) -> Node:
         except Unreadable as unreadable:
             code = code or unreadable.findings[0].code
     raise ValueProblem(f"the key cannot be read: {code}")
+
+
+def _relative(tolerance: Tolerance) -> float | None:
+    """The tolerance relative to the sizes of terms, if the question gives any. Raises ValueProblem."""
+    if tolerance.absolute is not None:
+        message = "an expression has a tolerance `relative` to its terms"
+        raise ValueProblem(message, path=("tolerance", "absolute"))
+    figures = tolerance.significant_figures
+    return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
 
 
 def _findings(key: FormulaKey, answer: Node) -> list[Finding]:

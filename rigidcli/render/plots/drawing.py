@@ -69,11 +69,13 @@ def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
         mpl.rcParams.update(SETTINGS)
         figure = figure_of(picture, report.about(picture.title))
         figure.savefig(file, format=ending, dpi=150, metadata=METADATA[ending], transparent=is_clear)
-    data = file.getvalue()
-    if ending == "svg":  # names that nothing uses are left out, and coordinates cut to hundredths of a point
-        data = re.sub(rb'(?s) id="[a-zA-Z0-9]+_[0-9]+"| <metadata>.*</metadata>', b"", data)
-        data = re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), data)
-    return data
+    return _shortened(file.getvalue()) if ending == "svg" else file.getvalue()
+
+
+def _shortened(svg: bytes) -> bytes:
+    """The same picture with coordinates cut to hundredths of a point, and without names that nothing uses."""
+    svg = re.sub(rb'(?s) id="[a-zA-Z0-9]+_[0-9]+"| <metadata>.*</metadata>', b"", svg)
+    return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), svg)
 
 
 def figure_of(picture: Picture, title: str) -> Figure:

@@ -35,14 +35,7 @@ def steps(document: Document, frame: PrincipalFrame | None, fields: Sequence[Fie
 def _frame_steps(
     tensor: Array, frame: PrincipalFrame | None, n: Arithmetic, names: frozenset[str]
 ) -> Iterator[Step]:
-    factor: Any = None
-    rest = tensor
-    if n.exact:
-        from rigidcli.algebra.arithmetic import common_factor
-
-        common, numbers = common_factor(tensor)
-        if common.names and not any(entry.names for entry in numbers.flat):  # it has all the symbols
-            factor, rest = common, numbers
+    factor, rest = _common_factor(tensor, n)
     mu = None if factor is None else free_name(("mu", "nu", "kappa"), names)
     yield _polynomial(rest, factor, mu, frame, n, free_name(("lambda", "Lambda"), names))
     if frame is None:
@@ -90,10 +83,26 @@ def _motion_step(tensor: Array, results: Mapping[str, Field], n: Arithmetic) -> 
     return Step("Turning at this angular velocity", sentence, tuple(shown))
 
 
+def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
+    """A factor with symbols and the numbers that remain; or None and the tensor, without such a factor."""
+    if n.exact:
+        from rigidcli.algebra.arithmetic import common_factor
+
+        factor, rest = common_factor(tensor)
+        if factor.names and not any(entry.names for entry in rest.flat):
+            return factor, rest
+    return None, tensor
+
+
 def _polynomial(
-    rest: Array, factor: Scalar | None, mu: str | None, frame: PrincipalFrame | None, n: Arithmetic, root: str
+    rest: Array,
+    factor: Scalar | None,
+    mu: str | None,
+    frame: PrincipalFrame | None,
+    n: Arithmetic,
+    unknown: str,
 ) -> Step:
-    x, unit = Name(root), None if mu is None else Name(mu)
+    x, unit = Name(unknown), None if mu is None else Name(mu)
     minors = sum(rest[i, i] * rest[j, j] - rest[i, j] ** 2 for i, j in ((0, 1), (1, 2), (2, 0)))
     traces = n.tidy(n.array([rest.trace(), -minors, rest[0] @ np.cross(rest[1], rest[2])]))
     terms: list[Node] = [product(n, -1, power(x, 3))]
@@ -103,7 +112,7 @@ def _polynomial(
     fields = []
     if factor is not None:
         fields.append(Field("", factor, f"with {mu}", rf"\{mu}"))
-    head, symbol = f"det(I - {root} 1)", rf"\det(\mathbf{{I}} - \{root.lower()}\mathbf{{1}})"
+    head, symbol = f"det(I - {unknown} 1)", rf"\det(\mathbf{{I}} - \{unknown.lower()}\mathbf{{1}})"
     fields.append(Field("", formula(total(terms), n), head, symbol))
     if frame is not None:
         ratios = frame.moments if factor is None else n.tidy(frame.moments / factor)
@@ -118,8 +127,8 @@ def _polynomial(
             fields.append(Field("", frame.moments[group[0]], name, latex, "kg m^2"))
     return Step(
         "Principal moments",
-        f"The equation (I - {root} 1) e = 0 has a solution e other than zero only where the determinant "
-        f"of I - {root} 1 vanishes. The roots of this polynomial are the principal moments.",
+        f"The equation (I - {unknown} 1) e = 0 has a solution e other than zero only where the determinant "
+        f"of I - {unknown} 1 vanishes. The roots of this polynomial are the principal moments.",
         tuple(fields),
     )
 

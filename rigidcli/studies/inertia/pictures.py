@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.composites import Composite, Leaf
+from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import Shape, Wire
@@ -79,11 +80,7 @@ def reach(marks: Sequence[Mark], centre: Floats) -> float:
 
 def marks_of_body(document: Document) -> Iterator[Mark]:
     """The parts of the body, or the geometry of a robot's link, along the document's axes."""
-    form, link = document.body, document.draft.link
-    if link is not None:  # the geometry in the first role, if there is any that can be read
-        form, parts = None, [body for role, body in link.geometry if body and role == link.geometry[0][0]]
-        with suppress(ValidationError, RigidError):
-            form = Composite.model_validate({"parts": parts}, context=Environment())
+    form = _form(document)
     if form is None:
         return
     place = form.motion(FLOAT)
@@ -100,17 +97,31 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
             faces = leaf.form.faces(MOST_FACES, 24) if isinstance(leaf.form, Mesh) else leaf.form.faces()
             is_rough |= isinstance(leaf.form, Mesh) and leaf.form.checked.surface.triangles > MOST_FACES
             faces = [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
-            if target is holes:  # larger about their middle, so that the ends of a hole are seen on the body
-                points = np.vstack(faces)
-                middle = (points.min(axis=0) + points.max(axis=0)) / 2
-                faces = [middle + HOLE_GROWN * (face - middle) for face in faces]
-            target += faces
+            target += _grown(faces) if target is holes else faces
     if material := _outside(material):
         yield Mark("faces", material, "the body", style=5, is_rough=is_rough)
     if holes:
         yield Mark("faces", holes, "hole", quiet=True, is_rough=is_rough)
     for number, wire in enumerate(wires):
         yield Mark("line", wire, "" if number or material else "the body", style=5)
+
+
+def _grown(faces: list[Floats]) -> list[Floats]:
+    """The faces of a hole, a little larger about their middle, so that its ends are seen on the body."""
+    points = np.vstack(faces)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return [middle + HOLE_GROWN * (face - middle) for face in faces]
+
+
+def _form(document: Document) -> Form | None:
+    """The body; for a robot's link, the geometry in the first role, if there is any that can be read."""
+    link = document.draft.link
+    if link is None:
+        return document.body
+    parts = [body for role, body in link.geometry if body and role == link.geometry[0][0]]
+    with suppress(ValidationError, RigidError):
+        return Composite.model_validate({"parts": parts}, context=Environment())
+    return None
 
 
 def _outside(faces: list[Floats]) -> list[Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -80,7 +80,11 @@ def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> C
 
 
 def _center(
-    names: list[str], masses: list[Scalar], places: list[Array], whole: MassProperties, n: Arithmetic
+    names: Sequence[str],
+    masses: Sequence[Scalar],
+    places: Sequence[Array],
+    whole: MassProperties,
+    n: Arithmetic,
 ) -> Step:
     mass, place = n.array(masses), n.tidy(n.array(places))
     products = [n.tidy(mass * v) for v in place.T]
@@ -102,7 +106,12 @@ def _center(
 
 
 def _sum(
-    names: list[str], given: list[Column], terms: list[Array], heads: list[str], own: Array, n: Arithmetic
+    names: Sequence[str],
+    given: Sequence[Column],
+    terms: Sequence[Array],
+    heads: Sequence[str],
+    own: Array,
+    n: Arithmetic,
 ) -> Step:
     """The terms of the six entries of the tensor, one row a point or part, and their sums."""
     sums = [own[i, j] for _, _, i, j in PAIRS]
