@@ -12,7 +12,7 @@ from pydantic import ValidationInfo
 
 from rigidcli.bodies.charts import Spot
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats
-from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Quantity
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 VARIABLES = ("x", "y", "z", "r", "s")
 # Bare densities between these are those of gases in kg/m^3, and of solids and liquids in g/cm^3.
 GAS, HEAVY = 0.5, 25.0
-# Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open.
-MOST_STEPS = 10_000
 # What the reference says of a density.
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
 NEGATIVE = 1e-12  # how far below zero a density may come by rounding, in units of its largest value
@@ -53,29 +51,7 @@ class Density(Quantity):
         notes = (f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden)
         env.log.note(*notes)
         formula = env.formula(raw, self.dimension, variables)
-        if formula.expression.names.isdisjoint(variables):
-            return super().read(raw, info)
-        if env.arithmetic.exact:
-            env.positive |= _scale(formula)
-        return formula
-
-
-def _scale(formula: BoundExpression) -> set[str]:
-    """The symbol that must be positive for the density to be so: its only factor whose sign is open."""
-    from rigidcli.algebra.bounds import Allowance
-    from rigidcli.algebra.expressions import expr, symbol
-    from rigidcli.algebra.fractions import factors
-    from rigidcli.algebra.substitution import from_tree
-
-    distances = {name: symbol(name, name in ("r", "s")) for name in VARIABLES}
-    constants = {name: expr(value) for name, value in formula.constants.items()}
-    try:
-        parts = factors(from_tree(formula.expression.root, distances | constants), Allowance(MOST_STEPS))
-    except ExpressionError:
-        return set()
-    odd = [factor for factor, exponent in parts if exponent % 2]
-    names = {str(factor) for factor in odd if factor.sign() != 1 and factor.names.isdisjoint(VARIABLES)}
-    return names if len(names) == 1 and names <= formula.constants.keys() else set()
+        return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula
 
 
 def places(

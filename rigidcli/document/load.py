@@ -196,11 +196,7 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
             return _document(given, exact)
         kept = {key: own for key, own in vars(rest).items() if key in given.tree and isinstance(own, Section)}
         return _validated(given, given.tree | kept, rest.environment.copied(), [], rest)
-    document, positive = _document(given, exact), frozenset[str]()
-    while not document.environment.positive <= positive:
-        # Symbols that stand for masses and lengths are positive: with this knowledge it is read again.
-        positive |= document.environment.positive
-        document = _document(given, exact, positive)
+    document = _document(given, exact)
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
     return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
@@ -235,18 +231,16 @@ def _no_mapping(draft: Draft) -> Problem:
     return draft.problem(ValueProblem(message, hint=hint, typed=str(tree) if cure else None))
 
 
-def _document(
-    draft: Draft, exact: bool, positive: frozenset[str] = frozenset(), *, is_physical: bool = True
-) -> Document:
-    """The document of a draft, in which the symbols in `positive` are assumed to be positive.
+def _document(draft: Draft, exact: bool, *, is_physical: bool = True) -> Document:
+    """The document of a draft. If `is_physical`, a body or a top that cannot exist is refused.
 
-    If `is_physical`, a body or a top that cannot exist is refused. Raises DocumentError with all problems.
+    Raises DocumentError with all problems.
     """
     tree, parameters, problems = _with_parameters(draft.tree)
     # A system alone keeps its expressions symbolic, and its numbers are floats.
     is_alone = all(tree.get(key) is None for key in ("body", "top", "tide"))
     n = arithmetic_for(exact and not (is_alone and tree.get("system") is not None))
-    env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
+    env = Environment(n, folder=draft.folder, exact_results=exact, places=places)
     if parameters is not None:
         from rigidcli.document.parameters import read_parameters
 

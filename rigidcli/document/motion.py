@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.form import EulerSequence, Quaternion, Rotation
 from rigidcli.core import precession
@@ -166,22 +166,12 @@ class Motion(Sampling):
 # --- tops and planets
 
 
-def _with_positive_letter(value: Scalar, info: ValidationInfo) -> Scalar:
-    # A letter is positive; a number may be negative.
-    env = environment(info)
-    if env.arithmetic.sign(value) is None:
-        env.assume_positive(value)
-    return value
-
-
 class Top(Section):
     """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
 
     EXAMPLE: ClassVar = "{spin: 1800 rpm, tilt: 30 deg}"
 
-    spin: Annotated[AngularVelocity, AfterValidator(_with_positive_letter)] = Field(
-        description="Component of the angular velocity along the axis (rad/s)"
-    )
+    spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
     tilt: PolarAngle | None = optional("Angle of the axis from the vertical (rad), 0 to pi")
     gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")] = Field(
         default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"

@@ -33,8 +33,8 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
 
     In a document that `has_time`, `t` is the time, and no parameter.
 
-    In exact arithmetic, a parameter without a value becomes a symbol, which is positive if `env.positive` has
-    it. With floats, such a parameter and all that depend on it stay without a value.
+    In exact arithmetic, a parameter without a value becomes a positive symbol. With floats, such a parameter
+    and all that depend on it stay without a value.
     """
     if not isinstance(raw, Mapping):  # its names are not reported as undeclared, too
         env.declare(_NAME.findall(str(raw)))
@@ -58,7 +58,7 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
             symbols = (parameters[other].symbols for other in uses[name])
             parameter.symbols = frozenset([name] if parameter.typed is None else ()).union(*symbols)
             if parameter.typed is None:
-                parameter.value = n.symbol(name, name in env.positive) if n.exact else None
+                parameter.value = n.symbol(name, True) if n.exact else None
             elif n.exact or not parameter.symbols:
                 parameter.value = env.worked(parameter.typed, None)
             else:

@@ -102,8 +102,8 @@ class Environment:
     wanted while numbers are floats. Names of files are relative to the `folder`.
 
     `declared` are the parameters, each after those that it uses; `alphabetical` lists their names. `nameless`
-    are keys of parameters that are no names. Something uses the parameters in `used`. The symbols in
-    `positive` stand where only a positive number makes sense. `words` are the known names, by the variables.
+    are keys of parameters that are no names. Something uses the parameters in `used`. `words` are the known
+    names, by the variables.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -114,7 +114,6 @@ class Environment:
     alphabetical: Sequence[str] = ()
     nameless: set[str] = field(default_factory=set)
     used: set[str] = field(default_factory=set)
-    positive: set[str] = field(default_factory=set)
     names: SystemNames = field(default_factory=SystemNames)
     log: Log = field(default_factory=Log)
     words: dict[tuple[str, ...], Words] = field(default_factory=dict)
@@ -348,16 +347,6 @@ class Environment:
         declared = {name: self.declared[name].dimension for name in typed.names & self.declared.keys()}
         dimensions = {name: dimension for name, dimension in declared.items() if dimension is not None}
         return dimension_of(typed.root, dimensions) if dimensions else None
-
-    def assume_positive(self, value: Any) -> None:
-        """Note that the document makes sense only if `value` is positive; of 2*m the mass m is."""
-        from rigidcli.algebra.atoms import Symbol
-        from rigidcli.algebra.expressions import factored
-
-        number, monomial = factored(value)
-        open_ = [atom for atom, n in monomial if n % 2 and not atom.positive]
-        if number > 0 and len(open_) == 1 and isinstance(open_[0], Symbol):
-            self.positive.add(open_[0].name)
 
     def _check_dimension(self, typed: Typed, dimension: Dimension | None) -> None:
         if isinstance(typed, Amount):

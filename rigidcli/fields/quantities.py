@@ -73,9 +73,7 @@ class Quantity(Reader):
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):
-                raise ValueProblem(f"{worked_out(raw, env.arithmetic.size(value))}, expected {self.words}")
-            if sign is None:
-                env.assume_positive(value)
+                raise ValueProblem(f"{worked_out(raw, env.arithmetic.value(value))}, expected {self.words}")
         return value
 
 

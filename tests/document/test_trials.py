@@ -12,10 +12,12 @@ CUBE = "{shape: cube, side: a, density: 1}"
 
 
 def test_what_no_positive_values_make_a_body_is_refused() -> None:
+    with pytest.raises(DocumentError, match=r"<text>:2: body\.radius: read `-a`, expected a positive"):
+        rigidcli.loads(f"{A}{{shape: sphere, radius: -a, mass: 1}}")
     with pytest.raises(
         DocumentError, match=r"<text>:2: body\.radius: for all positive values of .* positive"
     ):
-        rigidcli.loads(f"{A}{{shape: sphere, radius: -a, mass: 1}}")
+        rigidcli.loads("parameters: {a: null, b: null}\nbody: {shape: sphere, radius: -(a - b)**2, mass: 1}")
 
 
 def test_what_some_values_forbid_is_noted_with_the_check() -> None:
