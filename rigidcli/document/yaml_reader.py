@@ -52,18 +52,24 @@ _COMMENT = re.compile(r"\s(?://|/\*|%(?=\s*[A-Za-z]))|(?<=\d)#")
 _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})")
 
 
+def is_title(path: Path) -> bool:
+    """Whether the value at a path is a title, which is a text however it looks."""
+    return bool(path) and path[-1] in TITLES
+
+
 def read_tree(
     text: str,
     source: str,
     number: Callable[[str], object] = float,
     lines: dict[Path, int] | None = None,
     *,
-    typed: bool = False,
+    is_text: Callable[[Path], bool] = is_title,
 ) -> Any:
     """The tree of the one document in `text`. Raises DocumentError for bad or unsafe syntax.
 
     `number` reads plain scalars that are decimals. `lines` is filled with the line (from 1) of every value by
-    its path. With `typed`, all scalars stay texts as they were typed, and only an empty one is None.
+    its path. The values at a path for which `is_text` is true, and all below them, stay texts as they were
+    typed; only an empty one is None.
     """
     text = _of_document(text, source)
     if not text.isascii():
@@ -76,7 +82,7 @@ def read_tree(
     require_bounded(data, source)
     try:
         events = _LOADER(data).get_event
-        return _Builder(events, source, number, {} if lines is None else lines, typed).root()
+        return _Builder(events, source, number, {} if lines is None else lines, is_text).root()
     except yaml.MarkedYAMLError as error:
         if "maximum nesting depth" in (error.problem or ""):  # newer libyaml refuses it by itself
             line = None if error.problem_mark is None else error.problem_mark.line + 1
@@ -146,14 +152,14 @@ class _Builder:
     _source: str
     _number: Callable[[str], object]
     _lines: dict[Path, int]
-    _is_typed: bool
+    _is_text: Callable[[Path], bool]
 
     def root(self) -> Any:
         """The tree of the one document of the stream; None for an empty stream."""
         root, documents, begin = None, 0, None
         while (event := self._next()) is not None:
             if isinstance(event, yaml.NodeEvent):
-                read = self._node(event, (), 0, self._is_typed)
+                read = self._node(event, (), 0, self._is_text(()))
                 if documents > 1 and (read is not None or root is None):
                     hint = "put it into a file of its own, or leave it out"
                     raise self._refusal(begin, "a second document begins here, expected one in a file", hint)
@@ -171,15 +177,15 @@ class _Builder:
         if depth == DEEPEST_NESTING:
             raise self._refusal(event, _TOO_DEEP, code="too_deep")
         if type(event) is yaml.MappingStartEvent:
-            return self._mapping(path, depth + 1)
+            return self._mapping(path, depth + 1, is_text)
         items: list[Any] = []
         while type(event := self._next()) is not yaml.SequenceEndEvent:
             place = (*path, len(items))
             self._lines[place] = event.start_mark.line + 1
-            items.append(self._node(event, place, depth + 1, self._is_typed))
+            items.append(self._node(event, place, depth + 1, is_text))
         return items
 
-    def _mapping(self, path: Path, depth: int) -> dict[str, Any]:
+    def _mapping(self, path: Path, depth: int, is_text: bool) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         while type(event := self._next()) is not yaml.MappingEndEvent:
             line = event.start_mark.line + 1
@@ -203,7 +209,7 @@ class _Builder:
                 raise self._refusal(event, message, hint, code="duplicate_key")
             place = (*path, key)
             self._lines[place] = line
-            mapping[key] = self._node(self._next(), place, depth, self._is_typed or key in TITLES)
+            mapping[key] = self._node(self._next(), place, depth, is_text or self._is_text(place))
         return mapping
 
     def _refusal(

@@ -65,7 +65,7 @@ def folded(id: str) -> str:
 def tree_of(text: str) -> Tree:
     """What a text is in YAML. Raises Unreadable."""
     try:
-        return read_tree(text, "", typed=True)
+        return read_tree(text, "", is_text=lambda path: True)
     except DocumentError as error:
         problem = error.problems[0]
     place = "" if problem.line is None else f"line {problem.line}: "

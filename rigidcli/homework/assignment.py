@@ -18,7 +18,7 @@ from rigidcli.document.draft import Draft
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
-from rigidcli.document.yaml_reader import read_tree
+from rigidcli.document.yaml_reader import is_title, read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
@@ -189,28 +189,19 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
 def _tree(text: str, source: str) -> tuple[dict[str, Any], Draft]:
     """The assignment as it is written, in which answers are texts as in answer files, and its lines."""
     lines: dict[Keys, int] = {}
-    tree, typed = read_tree(text, source, lines=lines), read_tree(text, source, typed=True)
+    tree = read_tree(text, source, lines=lines, is_text=_is_as_typed)
     if not isinstance(tree, dict):
         read = "an empty file" if tree is None else shown(tree)
         hint = "`rigidcli new assignment` prints one to start from"
         message = f"read {read}, expected an assignment: a mapping"
         raise DocumentError([Problem(source, message, 1, hint=hint)])
-    tree |= {key: typed[key] for key in ("seed", "variants") if key in tree}
-    if isinstance(questions := tree.get("questions"), dict):
-        own = typed["questions"]
-        tree["questions"] = {id: _answers_as_typed(each, own[id]) for id, each in questions.items()}
     return tree, Draft(source, tree, text, lines)
 
 
-def _answers_as_typed(tree: Any, typed: Any) -> Any:
-    if isinstance(tree, dict):
-        return {
-            key: typed[key] if key == "answer" else _answers_as_typed(value, typed[key])
-            for key, value in tree.items()
-        }
-    if isinstance(tree, list):
-        return list(map(_answers_as_typed, tree, typed))
-    return tree
+def _is_as_typed(path: Keys) -> bool:
+    """Whether a value is a text as it was typed: a title, an answer, the seed, or a variant."""
+    is_answer = len(path) > 2 and path[-1] == "answer"  # a question may have this name, too
+    return is_title(path) or is_answer or path in (("seed",), ("variants",))
 
 
 def _remarks(question: Question, kind: AnswerKind, library: Library) -> Iterator[tuple[Keys, str]]:

@@ -56,7 +56,7 @@ def told(of: Outcome) -> str:
 
 def typed(text: str) -> Tree:
     """An answer as an answer file has it."""
-    return read_tree(text, "", typed=True)
+    return read_tree(text, "", is_text=lambda path: True)
 
 
 @dataclass(frozen=True)

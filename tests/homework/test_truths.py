@@ -26,7 +26,7 @@ def entries() -> Iterator[Any]:
     """The question of each entry, its document, and its answers by what comes of them."""
     for path in sorted(Path(__file__).with_name("answers").glob("*.yaml")):
         text = path.read_text(encoding="utf-8")
-        tree, typed = (read_tree(text, path.name, typed=typed) for typed in (False, True))
+        tree, typed = read_tree(text, path.name), read_tree(text, path.name, is_text=lambda path: True)
         documents = tree.get("documents", {})
         for number, (entry, answers) in enumerate(zip(tree["questions"], typed["questions"], strict=True)):
             question, own = entry["question"], answers.pop("question")
