@@ -20,16 +20,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import lru_cache
-from itertools import islice
+from functools import cached_property, lru_cache
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from rigidcli.algebra.arithmetic import weak_sign
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree
-from rigidcli.algebra.trees import to_tree
-from rigidcli.errors import ExpressionError, shortened
+from rigidcli.errors import ComputationError, ExpressionError, shortened
 from rigidcli.language import tree
 from rigidcli.language.parser import read
 from rigidcli.language.text import reading
@@ -147,8 +146,8 @@ def _outcome(
 
 
 @lru_cache(MOST_KEPT)
-def _expanded(formulas: FormulaComparison, node: Node) -> Expr:
-    return expand(formulas.exact(node))
+def _exact(formulas: FormulaComparison, node: Node) -> Expr:
+    return formulas.exact(node)
 
 
 class _AtPoint(Enum):
@@ -184,45 +183,45 @@ class _Comparison:
         self.within = list(map(self.steps.add, within))
         self.domains = _domains(formulas.names, [answer, key, *within])
         self.seed = f"{formulas.name}\n{key}\n{answer}"
+        self.counts = Counter[_AtPoint]()
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left untested: cheap tests come first."""
         if self.key == self.answer:
             return True
-        counts, identical = Counter[_AtPoint](), False
-        for place, pair in enumerate(self.pairs()):
-            if place >= len(RANGES) and counts.total() - counts[_AtPoint.LEFT_OUT] >= LEAST_POINTS:
-                break
-            # The first point shows that most wrong answers are wrong, and costs less than the normal form.
-            if place == 1 and (identical := self.identical()) and not sided(self.nodes[0]):
+        for pair in chain(self.pairs(), self.crossings()):
+            found = self.at(pair)
+            if found is _AtPoint.DIFFERS:
+                return False
+            self.counts[found] += 1
+            # A point shows that most wrong answers are wrong, and costs less than the normal form.
+            if self.is_identical and not sided(self.nodes[0]):
                 return True
-            found = self.at(pair)
-            if found is _AtPoint.DIFFERS:
-                return False
-            counts[found] += 1
-        for pair in self.crossings():
-            found = self.at(pair)
-            if found is _AtPoint.DIFFERS:
-                return False
-            counts[found] += 1
-        if identical and not counts[_AtPoint.LOST]:
+        lost, agreeing = self.counts[_AtPoint.LOST], self.counts[_AtPoint.AGREES]
+        if self.is_identical and not lost:
             return self.one_sided() or True
-        if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
+        if lost and not agreeing:
             return False
-        if counts[_AtPoint.AGREES] < (LEAST_POINTS if self.domains else 1):
+        if agreeing < (LEAST_POINTS if self.domains else 1):
             return f"it has a value at fewer than {LEAST_POINTS} test points"
-        if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
+        if lost or self.counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
         if untested := self.steps.untested():
             return f"`{shortened(reading(untested), 60)}` is too small to be tested"
         return self.one_sided() or True
 
     def pairs(self) -> Iterator[Sequence[Point]]:
-        """The test points; where a constant may differ, each with another where all that varies differs."""
+        """The test points; where a constant may differ, each with another where all that varies differs.
+
+        There are more than usual where few of them have a value of the key.
+        """
         variable = self.formulas.names.variable
         changing = {name: domain for name, domain in self.domains.items() if name in variable}
-        others = points(changing, f"{self.seed}\nmoved")
-        for point, other in zip(points(self.domains, self.seed), others, strict=True):
+        both = zip(points(self.domains, self.seed), points(changing, f"{self.seed}\nmoved"), strict=True)
+        for place, (point, other) in enumerate(both):
+            judged = self.counts.total() - self.counts[_AtPoint.LEFT_OUT]
+            if place >= len(RANGES) and judged >= LEAST_POINTS:
+                return
             yield [point, {**point, **other}] if self.constant else [point]
 
     def at(self, pair: Sequence[Point]) -> _AtPoint:
@@ -259,7 +258,8 @@ class _Comparison:
         cancelling = min(sum(self.steps.size(root, state) for root in self.measured) for state in states)
         return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
 
-    def identical(self) -> bool:
+    @cached_property
+    def is_identical(self) -> bool:
         """Whether both have the same normal form."""
         gap = self.exactly(*self.nodes, lambda answer, key: expand(answer - key))
         return gap is not None and not gap.terms
@@ -269,7 +269,7 @@ class _Comparison:
         if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
             return None
         with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return combined(_expanded(self.formulas, one), _expanded(self.formulas, other))
+            return combined(_exact(self.formulas, one), _exact(self.formulas, other))
         return None
 
     def one_sided(self) -> str:
@@ -306,17 +306,28 @@ class _Comparison:
             for function, argument in sided(own):
                 place = self.steps.add(argument)
                 signs = {(function, place, True), (function, place, False)} & self.steps.signs
-                if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
+                if len(signs) != 1 or not tree.names_in(argument):
                     continue
-                if not any(self.proportional(argument, node) for name, node in shared if name == function):
+                # The quotient of two arguments may have one sign, too, as 1/(1 - x^2)^2 has.
+                alike = [node for name, node in shared if name == function]
+                if argument not in alike and not any(
+                    self.has_one_sign(argument, below) for below in (tree.ONE, *alike)
+                ):
                     yield function, argument
 
-    def proportional(self, one: Node, other: Node) -> bool:
-        """Whether the quotient of two arguments has one sign by its form, as 1/(1 - x^2)^2 has."""
-        quotient = self.exactly(one, other, lambda above, below: tidy(above / below))
-        if one == other or quotient is None:
-            return one == other
-        return any(is_positive(to_tree(each), self.domains) for each in (quotient, -quotient))
+    def has_one_sign(self, above: Node, below: Node) -> bool:
+        """Whether a quotient has one sign by its form.
+
+        A root outweighs what has a smaller square: x + sqrt(x^2 + 1) is positive.
+        """
+        quotient = self.exactly(above, below, operator.truediv)
+        if quotient is None or quotient.sign() is not None:
+            return quotient is not None
+        terms = [Expr({monomial: c}) for monomial, c in quotient.terms.items()]
+        with suppress(ComputationError, ExpressionError):
+            outweighed = (root**2 - (quotient - root) ** 2 for root in terms if root.sign() is not None)
+            return weak_sign(quotient) is not None or any((weak_sign(e) or [0])[0] == 1 for e in outweighed)
+        return False
 
 
 # --- values of formulas at points
@@ -568,7 +579,6 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 
 # --- the form of formulas
 
-_TWO = tree.Number("2", 2.0)
 # Functions whose formula may differ between arguments of either sign: abs(x) is x or -x.
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 
@@ -590,34 +600,6 @@ def sided(node: Node) -> list[tuple[str, Node]]:
     parts = reversed(list(tree.nodes([node])))
     found = [(name, tree.operands(part)[0]) for part in parts if (name := function_of(part))]
     return list(dict.fromkeys(found))
-
-
-def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
-    """Whether a formula is nowhere negative by its form."""
-    match node:
-        case tree.Name(name):
-            return domains.get(name) == "positive"
-        case tree.Number() | tree.Constant() | tree.Call("exp" | "cosh" | "abs" | "sqrt" | "acos"):
-            return True
-        case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
-            return is_positive(operand, domains)
-        case tree.Sum((tree.Call("sqrt", (tree.Sum() as radicand,)), other)) | tree.Sum(
-            (other, tree.Call("sqrt", (tree.Sum() as radicand,)))
-        ) if tree.Power(other, _TWO) in radicand.terms:  # x + sqrt(x^2 + 1)
-            return is_positive(radicand, domains)
-        case tree.Sum(parts):
-            return all(is_positive(part, domains) for part in parts)
-        case tree.Product(parts):
-            # Factors of either sign must stand in pairs.
-            inner = [part.operand if isinstance(part, tree.Reciprocal) else part for part in parts]
-            open_ = [part for part in inner if not is_positive(part, domains)]
-            return all(open_.count(part) % 2 == 0 for part in open_)
-        case tree.Power(base, exponent):
-            rational = _rational(exponent)
-            is_even = rational is not None and rational.numerator % 2 == 0
-            return is_even or is_positive(base, domains)
-        case _:
-            return False
 
 
 def _pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
