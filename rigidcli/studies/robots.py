@@ -6,6 +6,7 @@ contacts (collision); here it is a body of uniform density.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import combinations, product
@@ -15,9 +16,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.composites import Composite
-from rigidcli.bodies.robots import ENTRIES, Link
+from rigidcli.bodies.robots import ENTRIES, Body, Link
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shortfall
 from rigidcli.document.document import Document
 from rigidcli.errors import Problem, RigidError, first_few
@@ -85,18 +85,13 @@ def uncompared(links: Sequence[Link]) -> list[str]:
 
 def _forms(link: Link) -> list[LinkGeometry]:
     """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
-    roles: dict[str, list[tuple[MassProperties, Floats] | None]] = {}
+    roles, forms = defaultdict[str, list[Body | None]](list), list[LinkGeometry]()
     for role, body in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
-        found = None
-        with suppress(ValidationError, RigidError):
-            form = Composite.model_validate({"parts": [body]}, context=Environment())
-            found = form.properties(FLOAT), np.hstack([leaf.points() for leaf in form.leaves(FLOAT)])
-        roles.setdefault(role, []).append(found)
-    forms = []
+        roles[role].append(body)
     for role, parts in roles.items():
-        bodies = [found for found in parts if found is not None]
-        if len(bodies) == len(parts):
-            whole, points = combine([body for body, _ in bodies]), np.hstack([points for _, points in bodies])
+        with suppress(ValidationError, RigidError):
+            form = Composite.model_validate({"parts": parts}, context=Environment())
+            whole, points = form.properties(FLOAT), np.hstack([leaf.points() for leaf in form.leaves(FLOAT)])
             volume = float(whole.mass or 0)  # of density 1
             box = np.array([points.min(axis=1), points.max(axis=1)])
             forms.append(LinkGeometry(role, volume, _moments(whole.tensor, volume), box))
