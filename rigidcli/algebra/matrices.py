@@ -15,7 +15,7 @@ from rigidcli.errors import ExpressionError
 
 Matrix: TypeAlias = Sequence[Sequence[Expr]]
 
-LARGEST = 4  # the most rows of a block whose determinant is worked out in symbols: 24 products
+LARGEST_BLOCK = 4  # the most rows of a block whose determinant is worked out in symbols: 24 products
 MOST_TERMS = 24  # the most terms of that determinant, multiplied out: beyond, the inverse would fill pages
 FEW_TERMS = 12  # the same where H is known without the inverse: an entry fills a screen
 MOST_PRODUCTS = 5_000  # the most products of a larger determinant of few entries: a tenth of a second
@@ -74,7 +74,7 @@ def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | 
         inner = part(matrix, block, block)
         inverted = _of_numbers(inner) if len(block) > 2 else None
         if inverted is None:
-            inverted = _adjugate(inner, most_terms if len(block) == LARGEST else MOST_TERMS)
+            inverted = _adjugate(inner, most_terms if len(block) == LARGEST_BLOCK else MOST_TERMS)
         if inverted is None:
             return None
         for i, row in zip(block, inverted, strict=True):
@@ -85,7 +85,7 @@ def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | 
 
 def _adjugate(matrix: Matrix, most_terms: int) -> list[list[Expr]] | None:
     size = len(matrix)
-    whole = determinant(matrix) if size <= LARGEST else ZERO
+    whole = determinant(matrix) if size <= LARGEST_BLOCK else ZERO
     try:
         if is_zero(whole) or (size > 1 and len(expand(whole).terms) > most_terms):
             return None

@@ -26,7 +26,7 @@ from rigidcli.language.expression import numbers
 from rigidcli.language.tree import Kind, UnknownFunction, fold
 from rigidcli.language.words import FUNCTIONS
 
-POINTS = 3  # points at which an expression must seem to be zero: a polynomial does so by chance only
+POINTS_OF_ZERO = 3  # points at which an expression must seem to be zero: a polynomial does so by chance only
 SIGNED_POINTS = 24  # points for what no law proves, so that most choices of signs of a few names are seen
 TRIALS = 60  # points that are tried at most, as an expression may have no value at some
 PRECISIONS = (64, 1100)  # bits of balls: few tell most numbers from zero, 330 digits pass for a proof
@@ -52,17 +52,17 @@ def is_zero(e: Expr) -> bool:
         ((monomial, _),) = e.terms.items()
         return any(is_zero(atom.inner) for atom, n in monomial if isinstance(atom, Group) and n > 0)
     few, many = PRECISIONS
-    if _seems_zero(e, few, POINTS) is False:
+    if _seems_zero(e, few, POINTS_OF_ZERO) is False:
         return False
     with suppress(ExpressionError):
         if vanishes(e):
             return True
-    return _seems_zero(e, few, SIGNED_POINTS) is not False and _seems_zero(e, many, POINTS) is True
+    return _seems_zero(e, few, SIGNED_POINTS) is not False and _seems_zero(e, many, POINTS_OF_ZERO) is True
 
 
 def has_value(e: Expr) -> bool:
     """Whether it is proved that an expression has a finite real value, at one of some points at least."""
-    return _seems_zero(e, PRECISIONS[-1], POINTS) is not None
+    return _seems_zero(e, PRECISIONS[-1], POINTS_OF_ZERO) is not None
 
 
 @lru_cache(1)

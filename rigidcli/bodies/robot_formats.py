@@ -33,10 +33,10 @@ from rigidcli.fields.texts import read_text
 from rigidcli.language.numerals import NUMERAL
 
 # The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty.
-MAX_DEPTH = 100
+DEEPEST_ELEMENT = 100
 MAX_ELEMENTS = 15_000  # the most elements of a file: the largest robots have some 4,000
 # The most characters of a number, and the largest one: its square is still a float.
-MOST_DIGITS, LARGEST = 400, 1e100
+MOST_DIGITS, LARGEST_NUMBER = 400, 1e100
 
 _NUMBER = re.compile(NUMERAL)
 
@@ -86,7 +86,7 @@ class Element:
             raise self.refusal(f"`<{self.tag}>` has no `{key}`, expected {expected}")
         words = text.split()
         bad = any(len(word) > MOST_DIGITS or _NUMBER.fullmatch(word) is None for word in words)
-        large = not bad and any(abs(float(word)) > LARGEST for word in words)
+        large = not bad and any(abs(float(word)) > LARGEST_NUMBER for word in words)
         if not bad and not large and len(words) == count:
             return [Decimal(word) for word in words]
         hint = None
@@ -95,7 +95,7 @@ class Element:
         elif bad and "," in text:
             hint = "numbers are separated by blanks, and the sign in a decimal is a point"
         elif large:
-            hint = f"no number of a robot is larger than {LARGEST:g}"
+            hint = f"no number of a robot is larger than {LARGEST_NUMBER:g}"
         message = f"`{key}` of `<{self.tag}>`: read {shown(text)}, expected {expected}"
         raise (self.find(key) or self).refusal(message, hint)
 
@@ -118,8 +118,8 @@ def read_elements(text: str, source: str) -> Element:
         count += 1
         if count > MAX_ELEMENTS:
             raise element.refusal(f"more than {MAX_ELEMENTS:,} elements")
-        if len(way) > MAX_DEPTH:
-            raise element.refusal(f"nested more than {MAX_DEPTH} deep")
+        if len(way) > DEEPEST_ELEMENT:
+            raise element.refusal(f"nested more than {DEEPEST_ELEMENT} deep")
         way[-1].children.append(element)
         way.append(element)
 

@@ -34,7 +34,7 @@ from rigidcli.language.typed import last_member, undecorated
 Entry: TypeAlias = TypedNumber | tree.Node  # an entry of an answer: a number as it was typed, or a tree
 Right: TypeAlias = float | tree.Node  # an entry of a key: a number in SI units, or a tree
 Same: TypeAlias = bool | str  # whether two entries are the same, or the reason why that is open
-NOISE = 1e-12  # a number below this, in units of the largest beside it, is zero but for rounding
+NOISE_OF_ENTRIES = 1e-12  # a number below this, in units of the largest beside it, is zero but for rounding
 # The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up.
 WIDEST = 0.05
 T = TypeVar("T")
@@ -156,7 +156,7 @@ class Ruler:
     def has_value(self, right: Right, *values: int) -> bool:
         """Whether an entry of the key is one of these numbers, but for rounding."""
         if isinstance(right, float):
-            return any(abs(right - value) <= NOISE * self.largest for value in values)
+            return any(abs(right - value) <= NOISE_OF_ENTRIES * self.largest for value in values)
         return isinstance(right, tree.Number) and right.value in values
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
@@ -177,7 +177,7 @@ class Ruler:
         if self.formulas is None:
             numbers = np.array(list(map(value_of, entries))).reshape(array.shape)
             largest = max(self.largest, float(np.abs(numbers).max(initial=0.0)))
-            return np.where(np.abs(numbers) <= NOISE * largest, 0.0, numbers)
+            return np.where(np.abs(numbers) <= NOISE_OF_ENTRIES * largest, 0.0, numbers)
         return filled([exactly(each) if isinstance(each, float) else each for each in entries], array.shape)
 
     def typed(self, right: Right) -> str:

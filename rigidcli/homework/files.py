@@ -162,7 +162,7 @@ def _listed(folder: Path, path: Path, group: int, way: tuple[str, ...], batch: B
     places = list[HandedFile]()
     for name, folders, files in os.walk(folder, onerror=failed):
         here = Path(name).relative_to(folder)
-        named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
+        named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN_NAMES))
         looked_into = [each for each in named if each in folders and not is_answer(each)]
         folders[:] = [each for each in looked_into if not Path(name, each).is_symlink()]
         for file in (here / each for each in named if each not in folders):
@@ -217,7 +217,7 @@ HAND_IN = Bounds(files=200, bytes=5_000_000)  # what a student hands in
 MOST_FOLDERS = 9
 ELSEWHERE = frozenset("/\\:\0")  # characters that separate folders or drives on some system, and NUL
 # Beginnings of names that are ignored: systems add such files to folders and archives.
-HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
+HIDDEN_NAMES = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
 _UTF8 = 0x800  # the flag of an entry whose name is in UTF-8
 _DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")  # on Windows, with any ending
 # What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form.
@@ -239,7 +239,9 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
         return False
     with archive:
         named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
-        named = [(parts, info) for parts, info in named if not any(each.startswith(HIDDEN) for each in parts)]
+        named = [
+            (parts, info) for parts, info in named if not any(each.startswith(HIDDEN_NAMES) for each in parts)
+        ]
         # The smallest come first, so that no large one takes the room of others.
         named.sort(key=lambda each: each[1].file_size)
         for number, (parts, info) in enumerate(named):

@@ -17,7 +17,7 @@ from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.fields.units import Unit
 from rigidcli.homework.base import KeySource
-from rigidcli.homework.entries import NOISE
+from rigidcli.homework.entries import NOISE_OF_ENTRIES
 
 Arrays: TypeAlias = Iterator[tuple[str, Array]]  # codes of mistakes, each with the entries that come out
 EYE = np.eye(3, dtype=int)
@@ -99,7 +99,7 @@ def shared_factor(
     if not is_shared or not middle or abs(middle - 1) <= slack:
         return None
     # Of numbers of different sizes any shared factor is one; of one number it may be anything.
-    least = np.where(sizes > NOISE * scale, sizes, np.inf).min(axis=0)
+    least = np.where(sizes > NOISE_OF_ENTRIES * scale, sizes, np.inf).min(axis=0)
     differ = bool((scale > least * (1 + 2 * slack)).any())
     return common_factor(middle, unit, path, slack) or ("constant_factor" if differ else None)
 

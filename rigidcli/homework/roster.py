@@ -21,7 +21,7 @@ LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
 # The letters of the heads of these columns and of those of Moodle's worksheet, and two sets of words.
 SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line in _LINES)}
-POINTS = "Points Possible"  # begins the row in which Canvas has the points that assignments are worth
+ROW_OF_POINTS = "Points Possible"  # begins the row in which Canvas has the points that assignments are worth
 TEST_STUDENT = "Student, Test"  # the student that Canvas adds to every course, who is nobody
 # Rows in which the head of a list is looked for: Sakai has the title of the assignment above it.
 HEAD_ROWS = 6
@@ -78,7 +78,7 @@ class Roster:
         self.rows = {
             number: row if len(columns) > 1 else [table.separator.join(row)]  # `Doe, Jane` is one cell then
             for number, row in enumerate(table.rows)
-            if number > head and row and POINTS not in row[0]
+            if number > head and row and ROW_OF_POINTS not in row[0]
         }
         self.labels: dict[int, str] = {}
         self.aliases: dict[str, list[str]] = {}

@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 Ball: TypeAlias = Any  # a ball of python-flint, `flint.arb`
 Point: TypeAlias = Mapping[str, Ball]  # values of names
 BITS = 1024  # the precision of balls: an answer must agree with its key to some 300 digits
-LARGEST = 1e6  # the largest value of a name at a test point
+LARGEST_VALUE = 1e6  # the largest value of a name at a test point
 # Sizes of the values of names at the first points: near to one, and far from it.
-RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, LARGEST)] * 4)
+RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, LARGEST_VALUE)] * 4)
 # Points that are tried where a key has few values: one of a hundred is within its conditions.
 MOST_POINTS = 400
 LEAST_POINTS = 4  # points with values that an agreement needs: at fewer, it may be that of two branches only
@@ -295,7 +295,7 @@ class _Comparison:
                     if isinstance(here, NoValue) or isinstance(there, NoValue):
                         continue
                     beyond = x - 2 * here * x / (there - here)
-                    if abs(beyond) < LARGEST and (self.domains[name] == "real" or beyond > 0):
+                    if abs(beyond) < LARGEST_VALUE and (self.domains[name] == "real" or beyond > 0):
                         crossing = {**point, name: beyond}
                         yield [crossing, point] if self.constant else [crossing]
 

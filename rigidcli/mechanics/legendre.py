@@ -117,7 +117,7 @@ def _quadratic(
     with suppress(ExpressionError):
         # H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there.
         polynomial = None if shifted == P else coefficients(energy, list(map(str, P)))
-        if polynomial is not None and len(polynomial) <= matrices.LARGEST**2:
+        if polynomial is not None and len(polynomial) <= matrices.LARGEST_BLOCK**2:
             free, linear, quadratic = (
                 polynomial_sum({n: e for n, e in polynomial.items() if sum(n) == degree}, P)
                 for degree in range(3)

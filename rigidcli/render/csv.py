@@ -13,7 +13,7 @@ from rigidcli.render import Look
 from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Column, Report, Value
 
-ROWS = 50_000  # rows of a table that are written at a time: their text takes some 15 MB
+ROWS_AT_ONCE = 50_000  # rows of a table that are written at a time: their text takes some 15 MB
 
 
 class CsvPiece(NamedTuple):
@@ -72,8 +72,8 @@ def render(pieces: Iterable[CsvPiece], look: Look) -> Iterator[str]:
 def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it; whole numbers may begin them."""
     whole = np.asarray(columns[0].values).dtype.kind == "i"
-    for begin in range(0, len(columns[0].values), ROWS):
-        parts = [column.values[begin : begin + ROWS] for column in columns]
+    for begin in range(0, len(columns[0].values), ROWS_AT_ONCE):
+        parts = [column.values[begin : begin + ROWS_AT_ONCE] for column in columns]
         block = np.column_stack([np.empty((len(parts[0]), 0)), *parts[whole:]])
         # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
         lines = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].decode().split("],[")

@@ -16,7 +16,7 @@ from rigidcli.render import Look
 from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Report, Value
 
-ROWS = 65_536  # rows that are kept in memory and written together: 30 MB for 60 columns
+ROWS_OF_PART = 65_536  # rows that are kept in memory and written together: 30 MB for 60 columns
 # The kinds of columns; a mixture of kinds is turned into texts.
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
 
@@ -75,7 +75,7 @@ def _groups(pieces: Iterable[ParquetPiece]) -> Iterator[ParquetPiece]:
     for each in pieces:
         some.append(each)
         count += each.rows
-        if count >= ROWS:
+        if count >= ROWS_OF_PART:
             yield together(some)
             some, count = [], 0
     if some:

@@ -85,7 +85,7 @@ def test_a_column_that_changes_its_type_is_one_of_texts(
     program: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first groups of rows hold numbers, which a symbol in a later one turns into texts."""
-    monkeypatch.setattr("rigidcli.render.parquet.ROWS", 3)
+    monkeypatch.setattr("rigidcli.render.parquet.ROWS_OF_PART", 3)
     sweep = ("--sweep", "parameters.k=1,2.5,3e20,4,null,6", "configs/coupled_pendulums.yaml")
     text = cells(program("hamilton", "-q", "-f", "csv", *sweep).out)
     assert program("hamilton", "-q", "-f", "parquet", "-o", f"{tmp_path}/t.parquet", *sweep).code == 0

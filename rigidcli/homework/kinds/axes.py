@@ -23,7 +23,7 @@ from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
-from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
+from rigidcli.homework.entries import NOISE_OF_ENTRIES, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds import arrays
 from rigidcli.homework.lists import MOST_BRACKETS, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
@@ -355,8 +355,10 @@ def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
         raise ValueProblem("a tensor of zeros has no axes of its own")
     moments, vectors = np.linalg.eigh(numbers / scale)
     largest = float(np.abs(moments).max())
-    moments[np.abs(moments) < NOISE * largest] = 0.0
-    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL_MOMENTS, ruler.slack)) * largest
+    moments[np.abs(moments) < NOISE_OF_ENTRIES * largest] = 0.0
+    equal = (
+        np.abs(moments[:, None] - moments) <= max(NOISE_OF_ENTRIES, min(EQUAL_MOMENTS, ruler.slack)) * largest
+    )
     ruler = replace(ruler, largest=largest * scale)
     return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
 

@@ -17,7 +17,7 @@ from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework import numbers
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
-from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_of
+from rigidcli.homework.entries import NOISE_OF_ENTRIES, Ruler, Same, beside, chosen, value_of
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import PURE, TypedNumber, in_dimension
 from rigidcli.language.latex import plain as without_latex
@@ -65,7 +65,7 @@ class QuantityKind(AnswerKind):
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
         is_angle = source.report is not None and unit.dimension == ANGLE
-        noise = NOISE * max(beside(source) * unit.scale, is_angle)
+        noise = NOISE_OF_ENTRIES * max(beside(source) * unit.scale, is_angle)
         reference = 0.0 if abs(reference) <= noise else reference
         ruler = Ruler(question.tolerance, unit, noise=noise)
         needs_unit = question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE)
@@ -116,7 +116,7 @@ class QuantityKind(AnswerKind):
         slack = key.ruler.margin(key.reference, number.scale) / abs(key.reference or 1)
         if not key.reference or slack >= 1:
             return "outside_tolerance"
-        code = common_factor(number.value / key.reference, key.unit, key.path, max(slack, NOISE))
+        code = common_factor(number.value / key.reference, key.unit, key.path, max(slack, NOISE_OF_ENTRIES))
         # Of a single number a factor says which twenty numbers the key may be.
         return "outside_tolerance" if code in (None, "constant_factor") else code
 

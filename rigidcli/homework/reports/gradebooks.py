@@ -17,7 +17,7 @@ from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.owner import listed, noted, words_of
 from rigidcli.homework.reports.formats import ReportStyle, points
-from rigidcli.homework.roster import LOGINS, NAMES, POINTS, SPELLINGS, Roster, columns_of
+from rigidcli.homework.roster import LOGINS, NAMES, ROW_OF_POINTS, SPELLINGS, Roster, columns_of
 from rigidcli.homework.spreadsheets import Spreadsheet, cell, points_in
 from rigidcli.suggestions import did_you_mean, nearest
 
@@ -56,7 +56,7 @@ def canvas(table: Spreadsheet, column: str) -> Gradebook:
     if "ID" not in names or {"Student", "LastName"}.isdisjoint(names):
         hint = "it begins with the columns `Student` and `ID`"
         raise UsageError(f"`{table.source}` is not a gradebook that Canvas has exported", hint=hint)
-    worth = next((row for row in rows if POINTS in cell(row, 0)), [])
+    worth = next((row for row in rows if ROW_OF_POINTS in cell(row, 0)), [])
     about = [name if name in (*NAMES, *LOGINS) else "" for name in names]
     place = _place(names, worth, column)
     people = Roster(about, table, kind="gradebook")

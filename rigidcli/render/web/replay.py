@@ -34,7 +34,7 @@ Rows: TypeAlias = NDArray[np.intp]  # indices of samples of a scene
 Extent: TypeAlias = tuple[Floats, Floats, float]
 MOST_TRIANGLES = 8_000  # the most triangles of one surface: 0.4 MB, and drawn in less than a millisecond
 # The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second.
-SHORTEST, LONGEST = 10.0, 60.0
+SHORTEST_REPLAY, LONGEST_REPLAY = 10.0, 60.0
 FINEST = 64  # cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory
 
 
@@ -153,7 +153,7 @@ def _seconds(scene: Scene, turns: Floats | None) -> float:
     """The time of a replay at ordinary speed (s): that of the motion, or about a second a turn."""
     duration = float(scene.times[-1] - scene.times[0])
     count = duration if turns is None else float(np.linalg.norm(turns, axis=1).sum()) / (2 * np.pi)
-    followed = min(max(count, SHORTEST), LONGEST)
+    followed = min(max(count, SHORTEST_REPLAY), LONGEST_REPLAY)
     return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
 
 

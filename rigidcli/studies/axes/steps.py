@@ -13,13 +13,12 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.document.document import Document
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
-from rigidcli.report import NOISE as ROUNDING
-from rigidcli.report import Field, Step
+from rigidcli.report import NOISE, Field, Step
 from rigidcli.studies.inertia import steps as inertia
 from rigidcli.studies.writing import formula, free_name, power, product, total
 
 # The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method.
-LONGEST = 40
+LONGEST_ENTRY = 40
 
 
 def steps(document: Document, frame: PrincipalFrame | None, fields: Sequence[Field]) -> Iterator[Step]:
@@ -54,7 +53,7 @@ def _motion_step(tensor: Array, results: Mapping[str, Field], n: Arithmetic) -> 
     shown: list[Field] = []
     if not n.exact:
         tensor, omega, momentum = (
-            np.where(np.abs(part) < ROUNDING * np.abs(part).max(), 0.0, part)
+            np.where(np.abs(part) < NOISE * np.abs(part).max(), 0.0, part)
             for part in (tensor, omega, momentum)
         )
 
@@ -65,7 +64,7 @@ def _motion_step(tensor: Array, results: Mapping[str, Field], n: Arithmetic) -> 
         whole = total(terms)
         if half:
             whole = Product((whole, Reciprocal(Number("2", 2))))
-        if len(reading(whole)) <= 2 * LONGEST:
+        if len(reading(whole)) <= 2 * LONGEST_ENTRY:
             shown.append(Field("", formula(whole, n), title, "_".join(title)))
 
     for k, axis in enumerate("xyz"):
@@ -159,11 +158,11 @@ def _axis(
 
 def reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] | None:
     """The reduced row echelon form and the pivot columns; None where the entries are too long to show."""
-    if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST:
+    if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST_ENTRY:
         return None
     # Rounding of floats leaves less than this of a zero.
     rows, pivots = echelon(matrix, rank, 0.0 if n.exact else 1e-9 * np.abs(matrix).max(), n)
-    if len(pivots) < rank or (n.exact and max(len(str(entry)) for entry in rows.flat) > LONGEST):
+    if len(pivots) < rank or (n.exact and max(len(str(entry)) for entry in rows.flat) > LONGEST_ENTRY):
         return None
     rows[rank:] = 0 * rows[rank:]
     return n.tidy(rows + 0), pivots

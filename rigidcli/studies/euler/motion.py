@@ -30,7 +30,7 @@ Gained: TypeAlias = Callable[[float, float], Floats]
 # The results at each time, in the order of their columns.
 QUANTITIES = tuple(field for field in RESULTS["euler"] if field.key.startswith("trajectory."))
 # The quantities that people see only if they ask for them.
-HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
+HIDDEN_QUANTITIES = {"angular_momentum", "orientation", "angular_momentum_space"}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -240,7 +240,7 @@ class Trajectory:
             key = field.key.removeprefix("trajectory.")
             if key in values:
                 symbols, size = tuple(field.symbol.split(", ")), NOISE if key == "t" else error
-                hidden = key in HIDDEN or (key == "kinetic_energy" and self.free is not None)
+                hidden = key in HIDDEN_QUANTITIES or (key == "kinetic_energy" and self.free is not None)
                 cells = tuple(field.cells)
                 columns.append(Column(key, values[key], cells, field.unit, symbols, hidden, size))
         own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"

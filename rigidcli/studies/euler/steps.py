@@ -27,7 +27,7 @@ def _about_axes(frame: PrincipalFrame) -> str:
 
 
 # Characters of a component of the torque that is written into its equation: more hide the other terms.
-LONGEST = 80
+LONGEST_TORQUE = 80
 
 
 def _torque(problem: InitialValueProblem) -> tuple[list[Node], str]:
@@ -50,7 +50,7 @@ def _torque(problem: InitialValueProblem) -> tuple[list[Node], str]:
     given = [bound(root, constants | meanings) for root, constants in formulas]
     parts = [_combined(axes[:, k], given) for k in range(3)]
     in_space = isinstance(own, SpaceTorque)
-    if in_space or any(len(reading(total(part))) > LONGEST for part in parts):
+    if in_space or any(len(reading(total(part))) > LONGEST_TORQUE for part in parts):
         listed = ", ".join(reading(bound(root, constants)) for root, constants in formulas)
         words += f" N1, N2, N3 are the components along e1, e2, e3 of the torque ({listed}),"
         words += " which is given by "
