@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 4545,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables
     "fields": 2056,  # a section reads on with the key that is meant
-    "homework": 8882,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "homework": 8886,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2495,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2860,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key

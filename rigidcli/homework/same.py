@@ -321,12 +321,16 @@ class _Comparison:
         A root outweighs what has a smaller square: x + sqrt(x^2 + 1) is positive.
         """
         quotient = self.exactly(above, below, operator.truediv)
-        if quotient is None or quotient.sign() is not None:
-            return quotient is not None
-        terms = [Expr({monomial: c}) for monomial, c in quotient.terms.items()]
+        if quotient is None:
+            return False
         with suppress(ComputationError, ExpressionError):
-            outweighed = (root**2 - (quotient - root) ** 2 for root in terms if root.sign() is not None)
-            return weak_sign(quotient) is not None or any((weak_sign(e) or [0])[0] == 1 for e in outweighed)
+            if quotient.sign() is not None or weak_sign(quotient) is not None:
+                return True
+            roots = [Expr({m: c}) for m, c in quotient.terms.items() if any(n.denominator > 1 for _, n in m)]
+            for root in roots:
+                excess = weak_sign(root**2 - (quotient - root) ** 2)
+                if root.sign() is not None and excess is not None and excess[0] == 1:
+                    return True
         return False
 
 
