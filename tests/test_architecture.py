@@ -32,7 +32,7 @@ from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5210,  # digits that were typed, silences that are told, prisms, files as others write them
+    "bodies": 5216,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2081,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4545,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables

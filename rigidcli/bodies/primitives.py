@@ -56,9 +56,15 @@ def _powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
     return sum(a ** (degree - k) * b**k for k in range(degree + 1))
 
 
+def _read(length: Scalar, n: Arithmetic) -> str:
+    """A length in a message: its number, or its letters."""
+    number = n.value(length)
+    return f"read `{length}`" if number is None else f"read {number:.6g} m"
+
+
 def _require_material(n: Arithmetic, outer: Scalar, inner: Scalar) -> None:
     if n.sign(outer - inner) in (0, -1):
-        message = f"read {n.size(inner):.6g} m, expected less than outer_radius"
+        message = f"{_read(inner, n)}, expected less than outer_radius"
         raise ValueProblem(message, path=("inner_radius",))
 
 
@@ -263,7 +269,7 @@ def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
     """What a plane cuts off a ball, on its +z side; origin at the centre of the ball."""
     R, h = radius, cap_height
     if n.sign(2 * R - h) == -1:
-        message = f"read {n.size(h):.6g} m, expected at most twice the radius"
+        message = f"{_read(h, n)}, expected at most twice the radius"
         raise ValueProblem(message, path=("cap_height",))
     rest = 3 * R - h
     centre = 3 * (2 * R - h) ** 2 / (4 * rest)
@@ -300,7 +306,7 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
     R, r = major_radius, minor_radius
     if n.sign(R - r) == -1:
         raise ValueProblem(
-            f"read {n.size(r):.6g} m, expected at most major_radius",
+            f"{_read(r, n)}, expected at most major_radius",
             path=("minor_radius",),
             hint="a spindle torus passes through itself and is no body",
         )

@@ -20,6 +20,11 @@ def test_what_no_positive_values_make_a_body_is_refused() -> None:
         rigidcli.loads("parameters: {a: null, b: null}\nbody: {shape: sphere, radius: -(a - b)**2, mass: 1}")
 
 
+def test_a_message_on_letters_has_no_number_for_them() -> None:
+    with pytest.raises(DocumentError, match=r"inner_radius: read `2\*a`, expected less than outer_radius"):
+        rigidcli.loads(f"{A}{{shape: annulus, outer_radius: a, inner_radius: 2*a, mass: 1}}")
+
+
 def test_what_some_values_forbid_is_noted_with_the_check() -> None:
     hole = "{shape: cube, side: b, density: 1, position: [d, 0, 0], hole: true}"
     text = f"parameters: {{a: null, b: null, d: null}}\nbody: {{parts: [{CUBE}, {hole}]}}"
