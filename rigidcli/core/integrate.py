@@ -119,9 +119,7 @@ def _compiled(march: March) -> Solution:
     blocks = march.problem.blocks
     sizes = np.abs(np.array(march.states).reshape(len(march.times), -1)).max(axis=0)
     of_blocks = np.maximum.reduceat(sizes, np.cumsum([0, *blocks[:-1]]))
-    # Units are powers of 2, which change no digit.
-    exponents = np.where(of_blocks > 0, np.frexp(of_blocks)[1], 0)
-    return taylor.solve(march.problem, np.repeat(np.ldexp(1.0, np.clip(exponents, -1000, 1000)), blocks))
+    return taylor.solve(march.problem, np.repeat(taylor.units(of_blocks), blocks))
 
 
 def _by_taylor(march: March) -> Solution:

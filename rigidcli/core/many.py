@@ -8,6 +8,7 @@ get too short, or too many, or may go over something narrow: it is left to the i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.dormand_prince import SAMPLED_AT_ONCE, ArraySteps, array_step, norms, padded
-from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, rounding_errors, sides
+from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, March, rounding_errors, sides
 from rigidcli.core.second_run import MISSED, other_tolerance
-from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns, slopes_of
+from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, InitialValues, columns, slopes_of
+from rigidcli.errors import ComputationError
 
 # The most steps of a start in arrays: the few starts that need more are quicker alone.
 MOST_TOGETHER = 20_000
@@ -26,6 +28,7 @@ LOOKS_AHEAD = 1024  # Steps from one estimate of whether the most steps are enou
 AT_ONCE = 8192
 # Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic.
 FEWEST_AT_ONCE = 256
+LOOKED_AT = 4  # Starts whose first steps tell how much work all are.
 ONE_OF = 8  # One start in so many has a second solution where results do not show digits.
 # One start in so many may wait for the others: to take these out of the arrays takes as long as a step.
 MOST_WAITING = 16
@@ -65,10 +68,18 @@ class ManyStarts(NamedTuple):
     longest: float | Floats
     stops: Sequence[float]
 
+    def is_watched(self, starts: Floats) -> bool:
+        """Whether there are functions whose zeros and extremes may hide something."""
+        return len(columns(self.moving)(np.zeros(1), *starts[:, :1])) > 0
+
     def of(self, some: Places, count: int) -> ManyStarts:
         """The problem for some of so many starts."""
         tolerance, longest = (np.broadcast_to(each, count)[some] for each in (self.tolerance, self.longest))
         return self._replace(tolerance=tolerance, longest=longest)
+
+
+# A function like `paths`.
+Follow: TypeAlias = Callable[[ManyStarts, Floats, Floats], Paths]
 
 
 def paths(problem: ManyStarts, starts: Floats, times: Floats) -> Paths:
@@ -89,10 +100,12 @@ def twice(
     times: Floats,
     distance: Callable[[Paths, Paths], Floats],
     every: int = 1,
+    follow: Follow = paths,
 ) -> tuple[Paths, Floats]:
     """The solutions, and how far (k by m) they are from second ones, to the tolerance of a second run.
 
-    `distance` gives that of some starts. Those without a second solution are `alone`, too.
+    `distance` gives that of some starts, and `follow` their solutions. Those without a second solution are
+    `alone`, too.
 
     Both go through the same arrays: calls of numpy take longer than the arithmetic of a few hundred starts.
 
@@ -107,20 +120,34 @@ def twice(
         both = np.concatenate([np.arange(count), some])
         two = problem.of(both, count)
         two = two._replace(tolerance=np.where(np.arange(len(both)) < count, two.tolerance, coarse))
-        found = paths(two, starts[:, both], times)
+        found = follow(two, starts[:, both], times)
         first, second = found.of(both[:count]), found.of(np.arange(count, len(both)))
         mine = first.of(some)
         lost = mine.alone | second.alone
         return first, lost, np.where(lost, 0.0, distance(mine, second))
 
     coarse = other_tolerance(float(problem.tolerance))
-    if every > 1 and not len(columns(problem.moving)(np.zeros(1), *starts[:, :1])):
+    if every > 1 and not problem.is_watched(starts):
         first, _, apart = compared(np.arange(0, count, every))
         if apart.max() > MISSED:
             return first, compared(np.arange(count))[2]
         return first, np.broadcast_to(apart.max(axis=1, keepdims=True), (len(times), count))
     first, lost, apart = compared(np.arange(count))
     return first._replace(alone=first.alone | lost), apart
+
+
+def outlook(problem: ManyStarts, starts: Floats, end: float) -> float:
+    """About how many steps a start (of n by m) takes to the end, by the first steps of a few of them."""
+    sizes, found = tuple(part.stop - part.start for part in problem.parts), list[float]()
+    for start in starts[:, :: 1 + starts.shape[1] // LOOKED_AT].T:
+        one = InitialValues(
+            problem.flow, start, (0.0, end), float(problem.tolerance), sizes, float(problem.longest)
+        )
+        with suppress(ComputationError):
+            march = March(one)
+            next(march.steps, None)
+            found.append((len(march.times) - 1) * end / march.t)
+    return sum(found) / max(1, len(found))
 
 
 class _Going(NamedTuple):
@@ -274,7 +301,7 @@ class _Lanes:
         older, last = going.older, going.last
         if len(last) > 1:
             now = np.vstack([to, self.watched(to, *after)])
-            bad |= moved & _narrow(older, last, now)
+            bad |= moved & narrow(older, last, now)
             older, last = np.where(moved, last, older), np.where(moved, now, last)
         going = going._replace(
             t=to,
@@ -310,7 +337,7 @@ class _Lanes:
             self.states[place, :, which] = array_step(self.f, t, self.times[place] - t, y).T
 
 
-def _narrow(first: Floats, second: Floats, third: Floats) -> Mask:
+def narrow(first: Floats, second: Floats, third: Floats) -> Mask:
     """Whether two steps may go over something narrow, by the watched values at their three ends.
 
     The first row of each is the times (1 + f by m).

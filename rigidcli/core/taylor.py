@@ -14,7 +14,7 @@ from __future__ import annotations
 import importlib
 import signal
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from signal import default_int_handler
@@ -23,9 +23,11 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.core import dormand_prince
-from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core import dormand_prince, many
+from rigidcli.core.arithmetic import EPS, Floats, Mask
+from rigidcli.core.many import ManyStarts, Paths
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
@@ -34,6 +36,7 @@ from rigidcli.core.solution import (
     InitialValues,
     Solution,
     TooManySteps,
+    columns,
     hopeless,
     largest,
     slopes_of,
@@ -47,6 +50,14 @@ NUMBERS_PER_REPORT = 1 << 15
 # Coefficients of series that a solution keeps (56 MB); in later steps it is sampled by another method.
 MOST_COEFFICIENTS = 7_000_000
 MOST_OF_SECOND = 500_000  # Those that a second solution keeps, which is compared with the first at few times.
+EARLY = 16  # The units of many orbits are sizes in so large a part of the span.
+
+
+def units(sizes: Floats) -> Floats:
+    """Powers of 2, which change no digit, above the sizes of variables."""
+    exponents = np.where(sizes > 0, np.frexp(sizes)[1], 0)
+    powers: Floats = np.ldexp(1.0, np.clip(exponents, -1000, 1000))
+    return powers
 
 
 def solve(problem: InitialValues, scales: Floats, most_kept: int = MOST_COEFFICIENTS) -> Solution:
@@ -114,9 +125,82 @@ def solve(problem: InitialValues, scales: Floats, most_kept: int = MOST_COEFFICI
     )
 
 
-@lru_cache(maxsize=2)
-def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
-    """heyoka's integrator of so many variables. To make it takes as long as to use it.
+def paths(problem: ManyStarts, starts: Floats, times: Floats, looks: int) -> Paths:
+    """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them.
+
+    As many starts are stepped at once as the processor has lanes, each in steps of its own. At so many
+    `looks` on the way it is seen how large the variables are, and whether something narrow may be passed:
+    then a start is `alone`, as is one whose series ends. There is no check of the slopes as in `solve`: two
+    solutions in other steps pass a branch point differently.
+
+    Raises ComputationError: heyoka is not installed, does not load, or cannot express the flow.
+    """
+    (size, count), lanes = starts.shape, loaded().recommended_simd_size()
+    regular = np.linspace(0.0, times[-1], looks)
+    grid = np.unique([*regular, *times])
+    sampled, looked_at = np.searchsorted(grid, times), np.searchsorted(grid, regular)
+    tolerances, longest = (np.broadcast_to(each, count) for each in (problem.tolerance, problem.longest))
+    watched, states = columns(problem.moving), np.empty((len(times), size, count))
+    found = Paths(states, np.zeros(count, int), np.empty_like(starts), np.zeros(count, bool))
+    for tolerance in np.unique(tolerances):
+        # With 1e-3, as in `solve`, a second solution would be off by no more than rounding, as the first is.
+        integrator = _integrator(problem.flow, size, max(tolerance * 1e-2, EPS), "the orbits", lanes)
+        same = np.flatnonzero(tolerances == tolerance)
+        for some in np.split(same, range(lanes, len(same), lanes)):
+            path, found.steps[some] = _batch(integrator, starts[:, some], longest[some], grid)
+            found.states[..., some], found.largest[:, some] = path[sampled], np.abs(path).max(axis=0)
+            ended = ~np.isfinite(path).all(axis=(0, 1))
+            found.alone[some] = ended | _passes(watched, regular, path[looked_at])
+    return found
+
+
+def _batch(integrator: Any, starts: Floats, longest: Floats, grid: Floats) -> tuple[Floats, NDArray[np.int_]]:
+    """The states (k by n by m) of starts (n by m) at the times of the grid (k), and their numbers of steps.
+
+    The states of a start whose series ends are NaN.
+    """
+    lanes, going = integrator.batch_size, np.arange(starts.shape[1])
+    states, steps = np.full((len(grid), *starts.shape), np.nan), np.zeros(len(going), int)
+    while len(going):
+        some = np.resize(going, lanes)  # lanes that would be empty follow others once more
+        begin, limits = starts[:, some], {"max_delta_t": longest[some], "max_steps": MOST_STEPS}
+        path = begin[None]
+        # The units of the variables are their sizes in the early part of the span.
+        for times in (np.linspace(0.0, grid[-1] / EARLY, 9), grid):
+            scales = units(np.abs(path).max(axis=0))
+            integrator.set_time(0.0)
+            integrator.state[:] = begin / scales
+            integrator.pars[:] = np.concatenate([scales, 1 / scales])[: len(integrator.pars)]
+            path = integrator.propagate_grid(np.repeat(times[:, None], lanes, axis=1), **limits)[-1] * scales
+            results = integrator.propagate_res
+            failed = [outcome.name in ("err_nf_state", "step_limit") for outcome, *_ in results]
+            if any(failed):
+                break
+        else:
+            states[..., going] = path[..., : len(going)]
+            steps[going] = [taken for *_, taken in results[: len(going)]]
+            break
+        going = np.setdiff1d(going, some[failed])  # the first that fails stops all others
+    return states, steps
+
+
+def _passes(watched: Callable[..., Floats], times: Floats, states: Floats) -> Mask:
+    """Whether starts may pass something narrow between the `times` (k), at which they have these states."""
+    count = states.shape[2]
+    clocks = np.repeat(times, count)
+    seen = np.vstack([clocks, watched(clocks, *states.swapaxes(0, 1).reshape(len(states[0]), -1))])
+    first, second, third = seen[:, : -2 * count], seen[:, count:-count], seen[:, 2 * count :]
+    with np.errstate(all="ignore"):
+        passed = many.narrow(first, second, third)
+    anywhere: Mask = np.logical_or.reduce(passed.reshape(-1, count))
+    return anywhere
+
+
+@lru_cache(maxsize=4)
+def _integrator(flow: Flow, size: int, tolerance: float, name: str, lanes: int = 0) -> Any:
+    """heyoka's integrator of so many variables, of one start or of as many as there are lanes.
+
+    To make it takes as long as to use it.
 
     The units of the variables, and what they are divided by, are its parameters, so that it is made once for
     all starts of an ensemble.
@@ -130,6 +214,10 @@ def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
             (v, unit * slope) for v, unit, slope in zip(variables, units[size:], slopes, strict=True)
         ]
         # In this mode it compiles several times faster, at the price of slower steps.
+        if lanes:
+            return heyoka.taylor_adaptive_batch(
+                equations, np.zeros((size, lanes)), tol=tolerance, compact_mode=True
+            )
         return heyoka.taylor_adaptive(equations, [0.0] * size, tol=tolerance, compact_mode=True)
     except (ArithmeticError, AttributeError, RuntimeError, TypeError, ValueError) as error:
         # What heyoka raises for an operation that it does not have depends on the operation.
