@@ -71,7 +71,8 @@ def may_go_in_arrays(document: Document) -> bool:
     """Whether the starts of an ensemble are integrated in arrays, as far as the document tells."""
     section, system = sampling_of(document), document.system
     is_free = system is None or not (system.constraints or (document.orbit and document.orbit.events))
-    return section.method == "auto" and is_free
+    # heyoka follows several orbits at once, but not several bodies.
+    return is_free and (section.method == "auto" or (system is not None and section.method == "taylor"))
 
 
 def reports(

@@ -117,9 +117,15 @@ def test_orbits_of_an_ensemble_are_those_of_its_starts() -> None:
 SWARMS = yaml.safe_load((Path(__file__).parent / "swarms.yaml").read_text())
 
 
-@pytest.mark.parametrize("name", SWARMS)
-def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
+# heyoka alone steps over a wall, and tells no digit then.
+BY_HEYOKA = [(name, "taylor") for name in SWARMS if name != "wall"]
+
+
+@pytest.mark.parametrize(("name", "method"), [*((name, "auto") for name in SWARMS), *BY_HEYOKA])
+def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str, method: str) -> None:
     """To 1e-9 or the digits told, which hold against an orbit to 1e-15; errors are those of the start."""
+    if method == "taylor":
+        pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
     swarm, source = SWARMS[name], np.random.default_rng(7)
     low, high = (np.array([*map(float, swarm[end].values())]) for end in ("low", "high"))
     given = [
@@ -141,7 +147,8 @@ def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
         return np.array([*orbit["q"].values(), *orbit["p"].values()])
 
     rows, digits, errors = {}, {}, {}
-    for place, part in reports(document(given), rigidcli.hamilton, "few", range(40), together):
+    several = reports(document(given, method=method), rigidcli.hamilton, "few", range(40), together)
+    for place, part in several:
         if isinstance(part, RigidError):
             errors[place] = str(part)
             continue
@@ -229,6 +236,29 @@ def test_the_summary_of_orbits_is_that_of_an_independent_integration() -> None:
         found = np.array([column.values for column in table.columns[1:]])
         expected = [values.mean(axis=0), values.std(axis=0), values.min(axis=0), values.max(axis=0)]
         assert found == pytest.approx(np.array(expected), abs=1e-8)
+
+
+def test_heyoka_follows_many_orbits_at_once_where_it_pays(program: Program) -> None:
+    """Rows do not depend on which starts go together, nor on one beside them whose series ends."""
+    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
+    system = {"coordinates": ["x", "y"], "hamiltonian": "(p_x**2 + p_y**2 + x**2 + y**2)/2 + x**2*y - y**3/3"}
+    starts = [{"x": 0, "y": k / 100, "p_x": 0.2, "p_y": 0.1} for k in range(20)]
+    starts[11] |= {"y": 2, "p_y": 1}  # beyond the saddle, it falls to infinity
+
+    def outcome(starts: list[dict[str, float]], times: list[float], **more: object) -> tuple[list[str], str]:
+        orbit = {"initial": starts, "times": times, **more}
+        found = program(
+            "hamilton", "-f", "csv", "-j", "1", "-", stdin=json.dumps({"system": system, "orbit": orbit})
+        )
+        return [row.partition(",")[2] for row in found.out.splitlines()[1:]], found.err
+
+    together, errors = outcome(starts, [0, 50], method="taylor")
+    assert "start 11: -: the orbit becomes infinite" in errors
+    assert "followed together by Taylor series (heyoka)" in errors
+    assert together[6:] == outcome(starts[3:], [0, 50], method="taylor")[0]
+    assert "heyoka" not in outcome(starts, [0, 50])[1]
+    assert "followed together by Taylor series (heyoka)" in outcome(starts, [25_000])[1]
+    assert outcome(starts, [0], method="taylor") == outcome(starts, [0])
 
 
 def test_rows_of_chaotic_orbits_do_not_depend_on_the_other_starts(program: Program) -> None:

@@ -1,4 +1,7 @@
-"""The orbits of a system from many starts, or for many values of its parameters, in arrays."""
+"""The orbits of a system from many starts, or for many values of its parameters, together.
+
+They go in arrays; those from many starts by heyoka where that is installed and saves more than it takes.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,22 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from importlib.util import find_spec
 from itertools import groupby
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.core import dormand_prince, many
-from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core import dormand_prince, many, taylor
+from rigidcli.core.arithmetic import EPS, Floats, Mask
 from rigidcli.core.kicks import Watched, foreseen
-from rigidcli.core.second_run import NO_DIGIT_SHARED
-from rigidcli.core.solution import Flow, columns, digits
+from rigidcli.core.second_run import MISSED, NO_DIGIT_SHARED
+from rigidcli.core.solution import MOST_STEPS, Flow, columns, digits
 from rigidcli.document.document import Document
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
-from rigidcli.errors import RigidError
+from rigidcli.document.system import Orbit
+from rigidcli.errors import ComputationError, RigidError
 from rigidcli.studies.common import report, trusted
 from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, of_start, with_start
 from rigidcli.studies.hamilton import Findings, notes_on, orbit_table, run
@@ -36,12 +41,21 @@ from rigidcli.studies.hamilton.start import initial_state
 
 # Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other.
 FEWEST = 16
+# Steps of the pair, of all starts, from which on heyoka saves more than it takes to load and to compile.
+WORTH_COMPILING = 3_000_000
+BY_HEYOKA = "the orbits are followed together by Taylor series (heyoka)"
+TRIED = 8  # Starts that heyoka follows first, to see whether it can.
+LEAST_TOLERANCE = 1e-12  # With less, a second solution by heyoka is off by rounding only, as the first is.
+# Times at which orbits by heyoka are looked at; as many as its steps where something narrow may be.
+FEWEST_LOOKS, MOST_LOOKS = 65, 16_384
 # Starts of which whole reports are made at a time: their documents and samples take some 100 MB.
 MOST_REPORTS = 128
 
+Distance: TypeAlias = Callable[[many.Paths, many.Paths], Floats]
+
 
 def together(document: Document, form: Form) -> Callable[[range], Iterator[StartReport]] | None:
-    """A function for the orbits from some starts in arrays; None where starts may differ in their equations.
+    """A function for the orbits from some starts together; None where starts may differ in their equations.
 
     It leaves out starts that are better followed alone: their reports are None.
     """
@@ -60,14 +74,18 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
         return None  # it is told of each start
     if starts is None:
         return None
-    found = Findings(first, derivation)
+    found, more = Findings(first, derivation), len(motion.variables) - len(starts)
+    starts = np.pad(starts, ((0, more), (0, 0)))
+    equations = _equations(found, motion, stops.tolist(), longest)
+    follow = _chosen(orbit, equations, starts, _distance(2 * len(derivation.phase.coordinates)))
+    if follow is None:
+        return None
+    # Rows of samples have no digits, which a summary has.
+    every = many.ONE_OF if form == "rows" else 1
 
     def samples(places: range) -> Iterator[StartReport]:
-        begin = np.zeros((len(motion.variables), len(places)))
-        begin[: len(starts)] = starts[:, places.start : places.stop]
-        # Rows of samples have no digits, which a summary has.
-        every = many.ONE_OF if form == "rows" else 1
-        orbit_of, alone = _followed(found, motion, begin, stops.tolist(), longest, {}, every)
+        begin = starts[:, places.start : places.stop]
+        orbit_of, alone = _followed(found, motion, equations, begin, {}, every, follow)
         for is_alone, group in groupby(range(len(places)), key=alone.__getitem__):
             some = list(group)
             if is_alone:
@@ -140,7 +158,8 @@ def swept(documents: Sequence[Document], fewest: int = FEWEST) -> list[OrbitSolu
         return found
     begin = np.column_stack([motion.start(begun[place][1]) for place in places])
     longest = np.array([longest for _, longest in limits])
-    orbit_of, alone = _followed(shared, motion, begin, stops, longest, conserved(derivation))
+    equations = _equations(shared, motion, stops, longest)
+    orbit_of, alone = _followed(shared, motion, equations, begin, conserved(derivation))
     for index, place in enumerate(places):
         if not alone[index]:
             found[place] = orbit_of([index])
@@ -177,14 +196,78 @@ def _foreseen(watched: Watched, values: Sequence[float], end: float) -> tuple[li
     return stops.tolist(), longest
 
 
+def _equations(
+    found: Findings, motion: EquationsOfMotion, stops: Sequence[float], longest: float | Floats
+) -> many.ManyStarts:
+    """What is integrated from many starts, in steps to the stops that are no longer than told."""
+    orbit, size = found.document.orbit, 2 * len(found.derivation.phase.coordinates)
+    assert orbit is not None
+    return many.ManyStarts(
+        motion.flow,
+        motion.roundings,
+        motion.watched.moving,
+        dormand_prince.slices((1,) * (size + found.derivation.energy_changes)),
+        float(orbit.tolerance or DEFAULT_TOLERANCE),
+        np.minimum(longest, orbit.max_step or math.inf),
+        stops,
+    )
+
+
+def _chosen(
+    orbit: Orbit, equations: many.ManyStarts, starts: Floats, distance: Distance
+) -> many.Follow | None:
+    """What follows all starts (n by m): the pair in arrays, or heyoka where it pays or is asked for.
+
+    It depends on the whole ensemble, so that each process chooses the same. None where heyoka is asked for,
+    and starts are better followed alone.
+    """
+    end, is_asked = float(orbit.instants(1.0)[-1]), orbit.method == "taylor"
+    other = None if is_asked and end else many.paths
+    fits = end and not equations.stops and float(equations.tolerance) >= LEAST_TOLERANCE
+    if not fits or not (is_asked or find_spec("heyoka")):
+        return other
+    steps, is_watched = many.outlook(equations, starts, end), equations.is_watched(starts)
+    if steps > MOST_STEPS or not (is_asked or starts.shape[1] * steps > WORTH_COMPILING):
+        return other
+    looks = int(np.clip(steps / 2, FEWEST_LOOKS, MOST_LOOKS)) if is_watched else FEWEST_LOOKS
+    follow, few = partial(taylor.paths, looks=looks), starts[:, :: 1 + starts.shape[1] // TRIED]
+    try:
+        found = many.twice(equations, few, np.array([end]), distance, 1, follow)
+    except ComputationError:
+        return other
+    # Only the pair looks at each step for what is narrow; nearly all starts would be followed again.
+    return many.paths if is_watched and _in_doubt(*found).any() else follow
+
+
+def _in_doubt(paths: many.Paths, apart: Floats) -> Mask:
+    """Which starts may have gone over something narrow, as their two solutions differ, or one has ended."""
+    doubt: Mask = paths.alone | (apart.max(axis=0) > MISSED)
+    return doubt
+
+
+def _distance(size: int) -> Distance:
+    """A function for how far solutions are apart (k by m), in units of the sizes of so many variables."""
+
+    def distance(one: many.Paths, other: many.Paths) -> Floats:
+        apart: Floats = np.abs((one.states - other.states)[:, :size] / _scale(one, size)).max(axis=1)
+        return apart
+
+    return distance
+
+
+def _scale(paths: many.Paths, size: int) -> Floats:
+    scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
+    return np.where(scale > 0, scale, 1.0)
+
+
 def _followed(
     found: Findings,
     motion: EquationsOfMotion,
+    equations: many.ManyStarts,
     begin: Floats,
-    stops: Sequence[float],
-    longest: float | Floats,
     kept: Mapping[str, Sequence[Expr]],
     every: int = 1,
+    follow: many.Follow = many.paths,
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
     """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
 
@@ -194,26 +277,17 @@ def _followed(
     derivation, orbit, functions = found.derivation, found.document.orbit, found.functions
     assert orbit is not None
     times, size = orbit.instants(1.0), 2 * len(derivation.phase.coordinates)
-    equations = many.ManyStarts(
-        motion.flow,
-        motion.roundings,
-        motion.watched.moving,
-        dormand_prince.slices((1,) * (size + derivation.energy_changes)),
-        float(orbit.tolerance or DEFAULT_TOLERANCE),
-        np.minimum(longest, orbit.max_step or math.inf),
-        stops,
-    )
-
-    def scale_of(paths: many.Paths) -> Floats:
-        scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
-        return np.where(scale > 0, scale, 1.0)
-
-    def distance(one: many.Paths, other: many.Paths) -> Floats:
-        apart: Floats = np.abs((one.states - other.states)[:, :size] / scale_of(one)).max(axis=1)
-        return apart
-
-    paths, apart = many.twice(equations, begin, times, distance, every)
-    scale, span = scale_of(paths), float(times[-1])
+    distance = _distance(size)
+    paths, apart = many.twice(equations, begin, times, distance, every, follow)
+    if follow is not many.paths and equations.is_watched(begin):
+        # The pair finds out what is narrow there.
+        again = np.flatnonzero(_in_doubt(paths, apart))
+        if len(again):
+            others, apart[:, again] = many.twice(equations, begin[:, again], times, distance)
+            for whole, part in zip(paths, others, strict=True):
+                whole[..., again] = part
+    method = dormand_prince.METHOD if follow is many.paths else taylor.METHOD
+    scale, span = _scale(paths, size), float(times[-1])
     parts = {key: terms(e) for key, e in functions.items()}
     roundings, observe, watch = columns(motion.roundings), motion.observer(parts), motion.observer(kept)
 
@@ -226,18 +300,19 @@ def _followed(
         slopes = roundings(samples.times, *samples.states.T)[:size]
         slopes = slopes.reshape(size, len(places), -1).mean(axis=2)
         noise = (slopes / scale[:, places] * span / np.sqrt(steps)).max(initial=0.0)
-        rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(stops))
+        rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(equations.stops))
         lost = times[(apart[:, places] > NO_DIGIT_SHARED).any(axis=1)]
         means = states[0, -1, motion.integrals] / (span or 1.0)
         return OrbitSolution(
             samples,
             drift,
-            dormand_prince.METHOD,
+            method,
             int(steps.sum()),
             0.0 if len(lost) else digits(max(error, rounding)),
             float(lost[0]) if len(lost) else None,
             dict(zip(functions, map(float, means), strict=False)),
             {key: float(sizes.max()) for key, sizes in samples.sizes.items()},
+            () if follow is many.paths else (BY_HEYOKA,),
         )
 
     return orbit_of, paths.alone.tolist()
