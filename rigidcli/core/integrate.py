@@ -89,7 +89,7 @@ def integrate(
         case "taylor" if like is not None:
             return _by_taylor_again(problem, like)
     march = March(problem, None if like is None else like.sizes)
-    if engine == "taylor":
+    if engine == "taylor" and t0 != t1:
         return _by_taylor(march)
     return _by_the_best(march, starts) if engine == "auto" else _to_the_end(march, note)
 

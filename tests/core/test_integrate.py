@@ -93,6 +93,12 @@ PROBLEMS: dict[str, tuple[Flow, Floats, float, tuple[int, ...], Truth, float]] =
 by_either = pytest.mark.parametrize("follow", [plain, compiled], ids=["runge-kutta", "taylor"])
 
 
+@by_either
+def test_a_span_of_no_length_has_the_start_alone(follow: Any) -> None:
+    found = follow(lambda module: lambda t, y: (y,), np.array([2.0]), (0.0, 0.0))
+    assert (found.steps, found.at(np.zeros(2)).tolist()) == (0, [[2.0], [2.0]])
+
+
 @by_every_engine
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_solutions_are_true_at_and_between_the_steps(name: str, module: ModuleType) -> None:
