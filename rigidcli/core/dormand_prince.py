@@ -219,8 +219,8 @@ class ArraySteps:
         p, q = (norms(self.total(part), self.parts) for part in self.errors)
         for states in (self.increments[PLACES[0]], y, after):
             sizes = np.maximum(sizes, norms(states, self.parts))
-        # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes; NaN where both are zero.
-        errors = np.fmax(p / np.sqrt(1 + np.square(0.1 * q / p)), q * self.lax)
+        # p^2/sqrt(p^2 + 0.01 q^2), in a form in which no square vanishes.
+        errors = np.where(p == 0, 0.0, np.fmax(p / np.sqrt(1 + np.square(0.1 * q / p)), q * self.lax))
         slopes = slopes_of(self.f, t + h, after)
         # Of a number that is not finite, nought times it is NaN.
         check = 0.0 * self.ones.dot(after + slopes)
