@@ -86,6 +86,7 @@ class Stop(StrEnum):
     AT_START = "has no finite real value at the start,"
     NO_VALUE = "has no finite real value beyond"
     INFINITE = "becomes infinite near"
+    TOO_LARGE = "grows beyond the range of numbers near"
     LOST = "changes too fast to be followed beyond"
 
 
@@ -138,9 +139,10 @@ def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     reach = math.copysign(sudden * max(abs(t), ORIGIN_OF_TIME * abs(span)), span)
     stop = Stop.NO_VALUE
     if finite(f, t, y):
-        # Beyond 1e300, the stages of a step overflow.
         pairs = [(value, slope * reach) for value, slope in zip(y, f(t, *y), strict=True)]
-        if any(abs(value) > 1e300 or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
+        if any(abs(value) > 1e300 for value in y):  # the stages of a step overflow
+            stop = Stop.TOO_LARGE
+        elif any(move * value > 0 and abs(move) > abs(value) for value, move in pairs):
             # At the start of an immense span, even the least step is longer than what happens takes.
             far = any(value and abs(move / value) > 4 * sudden / SHORTEST_STEP for value, move in pairs)
             stop = Stop.LOST if far else Stop.INFINITE

@@ -36,7 +36,7 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients, polynomial_sum
-from rigidcli.algebra.expressions import ZERO, Expr, power, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, factored, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
@@ -264,8 +264,19 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
             polynomial = coefficients(e, names)
             if polynomial is not None:
                 short = {powers: in_lowest_terms(c) for powers, c in polynomial.items()}
-                return shortest([tidy(e), tidy(polynomial_sum(short, list(map(symbol, names))))])
+                forms = [tidy(e), tidy(polynomial_sum(short, list(map(symbol, names))))]
+                return shortest([*forms, *(_in_brackets(form, phase) for form in forms)])
     return tidy(e)
+
+
+def _in_brackets(e: Expr, phase: Phase) -> Expr:
+    """Terms with the same number and parameters in one bracket, as in w*(P**2 + Q**2)."""
+    parts: dict[Expr, list[Expr]] = {}
+    for monomial, coefficient in e.ordered:
+        fixed = {atom: n for atom, n in monomial if atom.names.isdisjoint(phase.names)}
+        parts.setdefault(gathered(max(coefficient, -coefficient), fixed), []).append(Expr({monomial: coefficient}))
+    products = (factored(total(terms)) for terms in parts.values())
+    return total(gathered(number, dict(monomial)) for number, monomial in products)
 
 
 SINGULAR = 1e-9  # a matrix with a singular value below this share of its largest entry is singular

@@ -268,7 +268,7 @@ ENDS: dict[str, tuple[Flow, float, tuple[float, float], float, Stop]] = {
     "log of the state": (lambda m: lambda t, y: (-1 / m.log(y),), 2, (0, 2), 2 * math.log(2) - 1, Stop.LOST),
     "asin": (lambda m: lambda t, y: (m.arcsin(t) if m is np else m.asin(t),), 0, (0, 2), 1, Stop.NO_VALUE),
     "blow-up": (same(lambda t, y: (y * y,)), 1, (0, 2), 1, Stop.INFINITE),
-    "too large": (same(lambda t, y: (y,)), 1e290, (0, 100), math.log(10) * 15.5, Stop.INFINITE),
+    "too large": (same(lambda t, y: (y,)), 1e290, (0, 100), math.log(10) * 15.5, Stop.TOO_LARGE),
 }
 
 

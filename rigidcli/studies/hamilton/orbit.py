@@ -121,6 +121,13 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
 
     _require_range(solution, derivation, motion)
     samples = at(times)
+    too_large = np.isinf(samples.sizes["H"])
+    if too_large.any():
+        time = times[int(np.argmax(too_large))]
+        raise ComputationError(
+            f"the motion grows beyond the range of numbers: at t = {time:.6g} H is larger than any of them",
+            hint="take a shorter span",
+        )
     for key in further:
         has_value = np.isfinite(samples.values[key])
         if not has_value.all():
@@ -245,7 +252,8 @@ def drifts(
         rows = values[name].reshape(orbits, -1)
         largest = np.abs(rows - rows[:, :1]).max(axis=1)
         sizes = np.max([look.sizes[name].reshape(orbits, -1).max(axis=1) for look in looks], axis=0)
-        found[name] = float((largest / np.where(largest > 0, sizes, 1.0)).max())
+        share = float((largest / np.where(largest > 0, sizes, 1.0)).max())
+        found[name] = share if share > np.finfo(float).tiny else 0.0  # of very large terms
     return found
 
 
