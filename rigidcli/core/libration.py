@@ -28,6 +28,8 @@ Discriminant = Callable[[Floats], tuple[Floats, Floats, Floats]]
 STRETCH_GROWTH = 1.3  # Ratio of the lengths of neighbouring stretches in which a turning point is sought.
 # Coordinates in each stretch at which D is evaluated; near its minima there are more.
 LOOKS_IN_A_STRETCH = 64
+# Where they stand in it: also very near to its beginning, as a start may be at the top of a barrier.
+SHARES = np.concatenate([[0.0], 2.0 ** np.arange(-40, -6), np.arange(1, LOOKS_IN_A_STRETCH + 2) / 64])
 BARRIER_ROUNDS = 6  # Rounds in which a minimum of D is narrowed down, each 30 times.
 # Stretches on each side of the start; without a turning point in them q counts as unbounded.
 MOST_STRETCHES = 200
@@ -79,15 +81,17 @@ def _turning_point(function: Discriminant, start: float, step: float) -> float |
     near, reach, largest = start, step, 0.0
     for _ in range(MOST_STRETCHES):
         # The last two places are the first of the next stretch.
-        places = near + reach * np.arange(LOOKS_IN_A_STRETCH + 2) / LOOKS_IN_A_STRETCH
+        places = near + reach * SHARES
         places = np.sort(np.concatenate([places, *_valleys(function, places)]))[:: 1 if step > 0 else -1][1:]
-        values = function(places)[0]
+        values, _, sizes = function(places)
+        known = ~(np.abs(values) <= ROUNDING_OF_ZERO * sizes)
+        places, values = places[known], values[known]
         beyond = np.flatnonzero(~(values > 0) | np.isinf(values))
         if len(beyond):
             inside = places[beyond[0] - 1] if beyond[0] else near
             largest = max(largest, values[: beyond[0]].max(initial=0.0))
             return _narrowed(function, float(inside), float(places[beyond[0]]), largest)
-        near, reach, largest = near + reach, reach * STRETCH_GROWTH, max(largest, values.max())
+        near, reach, largest = near + reach, reach * STRETCH_GROWTH, values.max(initial=largest)
         if not math.isfinite(near + reach):
             return None
     return None
