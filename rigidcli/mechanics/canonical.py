@@ -274,7 +274,9 @@ def _in_brackets(e: Expr, phase: Phase) -> Expr:
     parts: dict[Expr, list[Expr]] = {}
     for monomial, coefficient in e.ordered:
         fixed = {atom: n for atom, n in monomial if atom.names.isdisjoint(phase.names)}
-        parts.setdefault(gathered(max(coefficient, -coefficient), fixed), []).append(Expr({monomial: coefficient}))
+        parts.setdefault(gathered(max(coefficient, -coefficient), fixed), []).append(
+            Expr({monomial: coefficient})
+        )
     products = (factored(total(terms)) for terms in parts.values())
     return total(gathered(number, dict(monomial)) for number, monomial in products)
 

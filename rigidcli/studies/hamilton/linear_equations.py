@@ -23,7 +23,7 @@ from rigidcli.algebra.arithmetic import inequality, sign, sqrt
 from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, total
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, factored, gathered, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
@@ -376,11 +376,12 @@ def _in_letters(
         yield amplitude, tidy(lag + PI * (1 - apply("sign", f)) / 2), None
     elif len(real) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
         # X = (K - w^2 M)^-1 f is real, so that phases are 0 or pi.
-        inverse, whole = matrices.inverse(real), matrices.determinant(real)
-        for row in inverse or ():
-            answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
-            side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
-            yield abs(tidy(answer)), PI * (1 - side) / 2, None
+        for row in matrices.inverse(real) or ():
+            answer = tidy(total(e * f for e, f in zip(row, force.amplitudes, strict=True)))
+            size, monomial = factored(answer)
+            # A divisor has the sign of its inverse.
+            side = apply("sign", gathered(size, {atom: max(n, -n) for atom, n in monomial}))
+            yield abs(answer), PI * (1 - side) / 2, None
 
 
 def _peak(motion: LinearMotion, force: DrivingForce, known: Values) -> tuple[Expr, Expr | None] | None:
@@ -417,9 +418,9 @@ def _in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> It
     else:
         forces = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
         shares: NDArray[np.complex128] = np.linalg.solve(vectors, forces)
-        grown = np.abs(vectors[:, near] @ shares[near])[:size]
+        grown, sizes = np.abs(vectors[:, near] @ shares[near])[:size], np.abs(vectors) @ np.abs(shares)
+        grown[grown <= IN_RESONANCE * sizes[:size]] = 0.0  # no force acts on the modes that have its rate
         answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
-    grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
-    for x, rate, up in zip(answer, grown.tolist(), grows, strict=True):
+    for x, rate in zip(answer, grown.tolist(), strict=True):
         steady = CoordinateResponse(float(np.abs(x)), float(-np.angle(x) + 0.0))
-        yield CoordinateResponse(growth=rate if math.isfinite(rate) else None) if up else steady
+        yield CoordinateResponse(growth=rate if math.isfinite(rate) else None) if rate else steady
