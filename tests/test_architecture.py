@@ -39,10 +39,10 @@ MOST_LINES = {
     "fields": 2056,  # a section reads on with the key that is meant
     "homework": 8886,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2495,  # one reader, with readings; one pattern of decimal numbers for all rooms
-    "mechanics": 2871,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 2854,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2803,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7970,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 7971,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

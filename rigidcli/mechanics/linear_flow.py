@@ -1,10 +1,9 @@
 """The solution of z' = A z + b, with constant A and b, by the exponential of A: z(t + h) = exp(A h) z(t).
 
-A further variable that stays 1 carries b. A is balanced first: coordinates and momenta in unlike units would
-make its norm, and so the number of steps, larger than its rates are. A time is written in binary digits of
-the end: the exponentials of a half, a quarter, ... of the whole span follow from each other by squares, and
-a Taylor series does the rest. So neither long spans nor rates of very different sizes take more than a few
-factors. The exponentials have twice the digits of a float.
+A further variable that stays 1 carries b. A time is written in binary digits of the end: the exponentials of
+a half, a quarter, ... of the whole span follow from each other by squares, and a Taylor series does the rest.
+So neither long spans nor rates of very different sizes take more than a few factors, whose number follows
+from the rates, which are the same in any units. The exponentials have twice the digits of a float.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from rigidcli.core.solution import Solution, largest
 METHOD = "matrix exponential"
 
 MOST_HALVES = 50  # the most halves of a span: the floats of times have no more digits
+# Halves beyond a radian of the fastest rate: equal rates make powers of t, with which the series grows, too.
+FURTHER_HALVES = 5
 MOST_KNOTS = 200_000  # the most times of a solution at which it is looked at
 
 
 def rate(matrix: Floats) -> float:
-    """A bound of the rates of z' = A z, from the norm of the balanced A (1/s)."""
-    whole = matrix.copy()
-    _balance(whole)
-    return float(np.linalg.norm(whole, 1))
+    """The largest rate of z' = A z, be it of growth, decay or rotation (1/s)."""
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: float = 1.0) -> Solution | None:
@@ -40,9 +39,8 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
     size = len(start)
     whole = np.zeros((size + 1, size + 1))
     whole[:size, :size], whole[:size, size] = matrix, offset
-    scale = _balance(whole)
-    span, turns = finer * end, float(np.linalg.norm(whole, 1)) * end
-    halves = min(MOST_HALVES, max(1, math.ceil(math.log2(max(finer * turns, 1.0))) + 1))
+    span, turns = finer * end, rate(matrix) * end
+    halves = min(MOST_HALVES, math.ceil(math.log2(max(finer * turns, 1.0))) + FURTHER_HALVES)
     # exp(A span/2), exp(A span/4), ...: so many as floats, and what these have lost in rounding.
     factors: list[tuple[Floats, Floats]] = []
     with ctx.workprec(128 + 2 * halves):
@@ -52,7 +50,7 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
             left = np.array((exact - arb_mat(near.tolist())).tolist(), dtype=np.float64)
             factors.insert(0, (near, left))
             exact = exact * exact
-    first = np.append(start, 1.0) / scale
+    first = np.append(start, 1.0)
 
     def sample(times: Floats) -> Floats:
         left = times / span
@@ -67,27 +65,10 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
             for n in range(1, 20):  # 1/20! is below the rounding of floats
                 term = whole @ term * (left / n)
                 states = states + term
-        return np.asarray((states * scale[:, None])[:size].T)
+        return np.asarray(states[:size].T)
 
     knots = np.linspace(0.0, end, min(math.ceil(turns) + 2, MOST_KNOTS))
     states = sample(knots[:: 1 + len(knots) // 1024])
     if not np.isfinite(states).all() or not np.isfinite(sample(knots[-1:])).all():
         return None
     return Solution(len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample, largest(states))
-
-
-def _balance(matrix: Floats) -> Floats:
-    """Units of the variables, powers of two, in which rows are as long as columns; `matrix` is changed."""
-    # Source: E. E. Osborne, J. ACM 7 (1960) 338.
-    scale, settled = np.ones(len(matrix)), False
-    while not settled:
-        settled = True
-        for i in range(len(matrix)):
-            column, row = (float(np.abs(np.delete(line, i)).sum()) for line in (matrix[:, i], matrix[i]))
-            unit = 2.0 ** round(math.log2(row / column) / 2) if row and column else 1.0
-            if unit != 1:
-                scale[i] *= unit
-                matrix[:, i] *= unit
-                matrix[i] /= unit
-                settled = False
-    return scale
