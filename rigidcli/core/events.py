@@ -60,16 +60,16 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
     known = np.flatnonzero(np.abs(at) > 4 * EPS * np.abs(at).max())
     before = np.searchsorted(known, np.arange(len(at)), side="right") - 1
     signs = np.sign(at)[known[np.maximum(before, 0)]]
-    valleys, least, depth = _valleys(values, grid, at * signs, signs)
+    places, least, depth = valleys(values, grid, at * signs, signs)
     is_touch = np.abs(depth) <= near
     # The start is no place where anything passes or touches.
     touched = least[is_touch & (least > grid[min(1, len(grid) - 1)])]
     twice = depth < -near
-    before, after = grid[np.maximum(valleys - 1, 0)], grid[np.minimum(valleys + 1, len(grid) - 1)]
+    before, after = grid[np.maximum(places - 1, 0)], grid[np.minimum(places + 1, len(grid) - 1)]
     passes = np.flatnonzero(signs[1:] != signs[:-1])
     low = np.concatenate([grid[passes], before[twice], least[twice]])
     high = np.concatenate([grid[passes + 1], least[twice], after[twice]])
-    first = np.concatenate([signs[passes], signs[valleys[twice]], -signs[valleys[twice]]])
+    first = np.concatenate([signs[passes], signs[places[twice]], -signs[places[twice]]])
     times = _narrowed(values, low, high, first)
     # At a pole the function changes its sign, too, but is largest there.
     ends = np.maximum(np.abs(values(low)), np.abs(values(high)))
@@ -78,12 +78,13 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
     return Events(times[is_pass][order], (first < 0)[is_pass][order], touched, gap)
 
 
-def _valleys(
+def valleys(
     values: Callable[[Floats], Floats], grid: Floats, sizes: Floats, signs: Floats
 ) -> tuple[NDArray[np.int_], Floats, Floats]:
-    """Places in the grid where the size is less than beside, and where between its neighbours it is least.
+    """Places in a grid (k) where the size is less than beside, and where between its neighbours it is least.
 
-    With these times comes what is left of the size there: it is negative where the sign is another one.
+    `values` times `signs` (k) are the `sizes` (k) at the grid. With these times (m) comes what is left of the
+    size there: it is negative where the sign is another one.
     """
     beside = np.concatenate([[np.inf], sizes, [np.inf]])
     same = np.concatenate([[True], signs[1:] == signs[:-1], [True]])

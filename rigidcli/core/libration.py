@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.events import valleys
 
 # D, a, and the sum of the sizes of the terms of D, at coordinates (k).
 Discriminant = Callable[[Floats], tuple[Floats, Floats, Floats]]
@@ -30,7 +31,6 @@ STRETCH_GROWTH = 1.3  # Ratio of the lengths of neighbouring stretches in which 
 LOOKS_IN_A_STRETCH = 64
 # Where they stand in it: also very near to its beginning, as a start may be at the top of a barrier.
 SHARES = np.concatenate([[0.0], 2.0 ** np.arange(-40, -6), np.arange(1, LOOKS_IN_A_STRETCH + 2) / 64])
-BARRIER_ROUNDS = 6  # Rounds in which a minimum of D is narrowed down, each 30 times.
 # Stretches on each side of the start; without a turning point in them q counts as unbounded.
 MOST_STRETCHES = 200
 MOST_NODES = 1 << 16  # The most nodes of the rule; a motion near a separatrix needs many.
@@ -79,10 +79,16 @@ def _turning_point(function: Discriminant, start: float, step: float) -> float |
     A start at which D vanishes is one itself if D is negative beyond it.
     """
     near, reach, largest = start, step, 0.0
+
+    def discriminant(places: Floats) -> Floats:
+        return function(places.ravel())[0].reshape(places.shape)
+
     for _ in range(MOST_STRETCHES):
         # The last two places are the first of the next stretch.
         places = near + reach * SHARES
-        places = np.sort(np.concatenate([places, *_valleys(function, places)]))[:: 1 if step > 0 else -1][1:]
+        # A low barrier is narrow at its top.
+        _, tops, _ = valleys(discriminant, places, discriminant(places), np.ones(len(places)))
+        places = np.sort(np.concatenate([places, tops]))[:: 1 if step > 0 else -1][1:]
         values, _, sizes = function(places)
         known = ~(np.abs(values) <= ROUNDING_OF_ZERO * sizes)
         places, values = places[known], values[known]
@@ -95,21 +101,6 @@ def _turning_point(function: Discriminant, start: float, step: float) -> float |
         if not math.isfinite(near + reach):
             return None
     return None
-
-
-def _valleys(function: Discriminant, places: Floats) -> list[Floats]:
-    """The places near which D is least between its neighbours: a low barrier is narrow at its top."""
-    values = function(places)[0]
-    low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
-    found = []
-    for index in low.tolist():
-        first, last = places[index - 1], places[index + 1]
-        for _ in range(BARRIER_ROUNDS):
-            nearer = np.linspace(first, last, LOOKS_IN_A_STRETCH)
-            least = int(np.argmin(function(nearer)[0]))
-            first, last = nearer[max(0, least - 1)], nearer[min(LOOKS_IN_A_STRETCH - 1, least + 1)]
-        found.append(np.array([(first + last) / 2]))
-    return found
 
 
 def _narrowed(function: Discriminant, inside: float, outside: float, largest: float) -> float | None:
