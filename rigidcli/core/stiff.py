@@ -31,7 +31,7 @@ def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:
         Stopped: there is no solution as far as t1.
         TooManySteps: there are more, or will be if they go on as they are.
     """
-    from scipy.integrate import Radau
+    from scipy.integrate import OdeSolution, Radau
 
     start, (t0, t1), longest, name = problem.start, problem.span, problem.longest, problem.name
     f, count = problem.function(), len(start)
@@ -51,7 +51,7 @@ def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:
             slopes, t0, start, t1, max_step=longest, rtol=tolerance, atol=tolerance * sizes.min()
         )
         solver.atol = tolerance * sizes
-        times, states, polynomials = array("d", [t0]), array("d", start), array("d")
+        times, states, polynomials = array("d", [t0]), array("d", start), list[Any]()
         while solver.status == "running":
             with suppress(ValueError, ArithmeticError, np.linalg.LinAlgError):  # of what is not finite
                 solver.step()
@@ -59,7 +59,7 @@ def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:
                 raise stopped(f, times[-1], solver.y.tolist(), t1 - t0, name)
             times.append(float(solver.t))
             states.extend(solver.y)
-            polynomials.extend(solver.dense_output().Q.ravel())
+            polynomials.append(solver.dense_output())
             sizes = np.maximum(sizes, np.abs(solver.y))
             solver.atol = tolerance * sizes
             taken = len(times) - 1
@@ -70,14 +70,6 @@ def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:
             if not taken % 64:
                 problem.tell(times[-1])
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(-1, count)
-    parts = np.frombuffer(polynomials).reshape(-1, count, 3)
-    ahead = 1.0 if t1 >= t0 else -1.0
-
-    def sample(times: Floats) -> Floats:
-        place = np.clip(np.searchsorted(ahead * knots, ahead * times, side="right") - 1, 0, len(parts) - 1)
-        share = (times - knots[place]) / (knots[place + 1] - knots[place])
-        powers = share[:, None] ** np.arange(1, 4)
-        moved: Floats = path[place] + np.einsum("kij,kj->ki", parts[place], powers)
-        return moved
-
-    return Solution(len(knots) - 1, METHOD, "stiff", tolerance, knots, sample, largest(path))
+    between = OdeSolution(knots, polynomials)
+    steps, sizes = len(polynomials), largest(path)
+    return Solution(steps, METHOD, "stiff", tolerance, knots, lambda times: between(times).T, sizes)
