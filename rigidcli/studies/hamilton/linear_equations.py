@@ -289,11 +289,8 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         has_quality = is_damped and sign(c) == 1 and sign(k) == 1
         quality = _value(document, tidy(sqrt(k * m) / c)) if has_quality else None
         responses = tuple(one for one in found if one is not None)
-        known, grows = known_values(document), False
-        if all(e.names <= known.keys() for row in matrix for e in row):
-            rates = np.linalg.eigvals(_numbers(matrix, known))
-            grows = bool(rates.real.max() > IN_RESONANCE * np.abs(rates).max())
-        return Driven(responses, quality, motion, grows)
+        free = _roots(matrix, document, derivation) if responses else None
+        return Driven(responses, quality, motion, free is not None and stability_of(free) == "unstable")
     except ExpressionError as error:
         return Driven((), None, motion, trouble=error.message)
 
