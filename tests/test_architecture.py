@@ -34,7 +34,7 @@ MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5216,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2081,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
-    "core": 4656,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4649,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables
     "fields": 2056,  # a section reads on with the key that is meant
     "homework": 8886,  # variants; one rule for whose a hand-in is; a file is what it answers
@@ -42,7 +42,7 @@ MOST_LINES = {
     "mechanics": 2854,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2803,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7971,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 7968,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -23,6 +23,7 @@ from rigidcli.errors import ComputationError
 
 # The most steps of a start in arrays: the few starts that need more are quicker alone.
 MOST_TOGETHER = 20_000
+LARGEST = 1e150  # Energies have squares of variables: those of larger ones are beyond the range of floats.
 LOOKS_AHEAD = 1024  # Steps from one estimate of whether the most steps are enough to the next.
 # Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache.
 AT_ONCE = 8192
@@ -219,7 +220,7 @@ class _Lanes:
                 if beyond > goal:
                     self._cross(goal, beyond)
             self._sample()
-        self.alone |= ~np.isfinite(self.states).all(axis=(0, 1))
+        self.alone |= ~(np.abs(self.states) < LARGEST).all(axis=(0, 1))
         return Paths(self.states, self.all.steps.astype(int), self.all.largest, self.alone)
 
     def _find_least(self) -> None:
