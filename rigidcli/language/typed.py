@@ -14,6 +14,7 @@ front. No text is given to anything that could run it.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 
 from rigidcli.errors import ExpressionError
@@ -21,7 +22,7 @@ from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
 from rigidcli.language.tokens import rewritten, rules, tokenize
-from rigidcli.language.words import CALLED, Words, said
+from rigidcli.language.words import CALLED, Words, in_digits, said
 
 # --- decoration: what no judge reads
 
@@ -84,7 +85,7 @@ def undecorated(text: str) -> str:
         return text
     while text != before:
         before = text
-        text = rewritten(without_labels(text), _DRESS).strip()
+        text = in_digits(rewritten(without_labels(text), _DRESS).strip())
     return text
 
 
@@ -185,6 +186,18 @@ def statements(text: str) -> list[list[str]]:
     return [cut(piece, _EQUALS) for piece in cut(text, _BETWEEN) if piece.strip(" \t\r,.")]
 
 
+# Energies, and the sums that are made of them.
+_ENERGY, _ENERGIES = re.compile(r"[TKUV](?:_?\w+)?"), re.compile(r"[HEL](?:_?\w+)?(?:\s*\(.*\))?")
+
+
+def _is_working(own: str, values: Sequence[str], name: str, members: Sequence[str]) -> bool:
+    """Whether a statement leads to another: `By Huygens, T = ..`, `T = 1/f = ..` behind f, H behind V."""
+    if not values:
+        return re.fullmatch(r"(?:[^\W\d_]+\s+)+[^\W\d_]{3,}", own) is not None
+    is_used = any(re.search(rf"(?<!\w){re.escape(own)}(?!\w)", member) for member in members)
+    return is_used or bool(_ENERGY.fullmatch(own) and _ENERGIES.fullmatch(name))
+
+
 def last_member(text: str) -> tuple[str, list[str]]:
     """The last member of a chain of equalities in a plain text, without a final dot, and those before it.
 
@@ -196,13 +209,17 @@ def last_member(text: str) -> tuple[str, list[str]]:
     if "=" not in text and not _AND.search(text):
         return END.sub("", text), []
     *reasons, conclusion = map(statements, cut(text, re.compile("=>|->")))
-    first, *again = conclusion or [[text]]
-    name = first[0].strip()
-    told = [members for reason in reasons for members in reason if members[1:] and is_label(members[0])]
-    is_other = any(len(members) < 2 or members[0].strip() not in ("", name) for members in again)
-    if is_other or any(own.strip() != name for own, *_ in told) or len(cut(text, _AND)) > 1:
+    *earlier, (name, *members) = conclusion or [[text]]
+    told = [each for reason in reasons for each in reason if each[1:] and is_label(each[0])]
+    before = [name.strip()]
+    for own, *values in (*told, *earlier):
+        if own.strip() in ("", name.strip()):
+            before += values
+        elif not (members and _is_working(own.strip(), values, name.strip(), members)):
+            raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
+    if (earlier and not members) or len(cut(text, _AND)) > 1:
         raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
-    *before, last = [name, *(member for _, *others in (*told, first, *again) for member in others)]
+    *before, last = [*before, *members]
     if before and re.fullmatch(rf"(?i)\s*{said('constant')}\.?\s*", last):  # `E = 12.5 J = const.`
         *before, last = before
     return END.sub("", last), before
@@ -246,7 +263,7 @@ _RATES = rules(
     (r"(?<=\w)[- ](d?dot)\b", r"\1"),
     (r"(?<=[a-z0-9])_?(D?Dot)\b", lambda dots: dots[1].lower()),
     (r"_?dot_?dot\b", "ddot"),
-    (rf"(?P<of>{_NAME})(?:(?P<two>''|\")|')(?:\(t\))?", _rate),
+    (rf"(?<![^\W\d])(?P<of>{_NAME})(?:(?P<two>''|\")|')(?:\(t\))?", _rate),
 )
 
 POINTS = str.maketrans("[]", "()")  # square brackets are parentheses

@@ -86,6 +86,31 @@ def said(*meanings: str) -> str:
     return rf"(?:(?:{'|'.join(map(re.escape, words)).replace('_', '[ ]')})(?!\w))"
 
 
+_COUNTS = [meaning for meaning in _SAID if meaning[0].isdigit()]
+_PARTS = [meaning for meaning in _SAID if meaning[0] == "/"]
+_IN_DIGITS = {word: meaning for meaning in (*_COUNTS, *_PARTS) for word in _SAID[meaning]}
+_COUNT = rf"{said(*_COUNTS)}|{said('a')}"
+# A number in words, with which a text begins: `three tenths`, `one and a half`, `zwei`.
+_IN_WORDS = re.compile(
+    rf"(?i)\A(?:(?:(?P<whole>{_COUNT})[ ]{said('and')}[ ])?(?:(?P<count>{_COUNT})[ -])?"
+    rf"(?P<part>{said(*_PARTS)})|(?P<number>{said(*_COUNTS)}))(?=[\s.!]|\Z)"
+)
+
+
+def in_digits(text: str) -> str:
+    """The text with digits for a number in words at its beginning: `1/3 m` for `one third m`."""
+
+    def digits(match: re.Match[str]) -> str:
+        if match["number"]:
+            return _IN_DIGITS[match["number"].lower()]
+        count = _IN_DIGITS.get((match["count"] or "").lower(), "1")  # an article, or nothing, is a one
+        fraction = f"{count}{_IN_DIGITS[match['part'].lower()]}"
+        whole = match["whole"] and _IN_DIGITS.get(match["whole"].lower(), "1")
+        return f"({whole} + {fraction})" if whole else fraction
+
+    return _IN_WORDS.sub(digits, text)
+
+
 # --- the names of a question
 
 # The most letters of names that are run together: more is a sentence, and no product.
