@@ -152,12 +152,13 @@ _ONE_SPELLING = rules(
     (r"\b(prolat|oblat)(?:er)?\b", r"\1e"),
     (r"symmetri(?:cal|scher?)\b", "symmetric"),
     (r"\b(?:e?stable|stabile?)\b", "stable"),
-    (r"\b(?:(?:in|un) ?e?stab(?:le|ile?)|labile?|(?:not|non|nicht|pas|no) stable)\b", "unstable"),
+    (r"\b(?:(?:in|un)e?stab(?:le|ile?)|labile?|(?:not|non|nicht|pas|no) stable)\b", "unstable"),
     (r"\b(?:not|non|nicht|pas|no) unstable\b", "stable"),
     (r"(?<=stable) (?:equilibrium|motion|point|position|rotation|state)\Z", ""),
 )
 _ARTICLE = re.compile(
-    r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
+    r"\b(?:the|an?|der|die|das|eine?|le|la|une?(?! stable)|el|los|only|nur|body|system|motion) (?=\w)"
+    r"|(?<=\w) only\b|(?<=\w\w) (?:axis|achse)\Z"
 )
 # A subject that claims nothing by itself: `I doubt that it is stable` is left to a person.
 _SUBJECT = re.compile(
@@ -241,7 +242,8 @@ class ChoiceKind(AnswerKind):
             first, reason = _split(value)
             is_right = key.is_met(value) or (key.is_met(first) and not _DOUBTFUL.search(reason))
             stands = re.search(rf"(?<!\w){re.escape(str(key.plain))}(?!\w)", value) is not None
-            if stands or key.is_met(_HEDGE.sub("", value)):
+            is_split = value.replace(" ", "") == str(key.plain).replace(" ", "")  # `un stable`
+            if stands or is_split or key.is_met(_HEDGE.sub("", value)):
                 why = "the right word stands in a longer answer"
         if why and not is_right:
             return Outcome.review(why)
@@ -295,7 +297,7 @@ def _plain(text: str) -> str:
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
     words = re.sub(r"(?<=is)n['’]t\b", " not", letters.casefold())
-    words = re.sub(r"\bun(?:-(?=\w)| (?=stable))", "un", words)
+    words = re.sub(r"\bun-(?=\w)", "un", words)
     words = words.strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
     words = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(_unless_opposite, words)
     words = _SUBJECT.sub("", _ARTICLE.sub("", _BETWEEN.sub(" ", words.strip()))).strip(" .!")
