@@ -242,9 +242,9 @@ def _unexpected(head: str) -> ValueProblem:
 _SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
 MOST_READINGS_OF_UNIT = 8  # the most readings of one unit
 
-_UNIT_NAME = re.compile(
-    r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
-)
+# The pattern of a name in a unit with its power.
+UNIT_NAME = r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
+_UNIT_NAME = re.compile(UNIT_NAME)
 
 
 def names_of_units(text: str) -> list[str]:
@@ -255,7 +255,7 @@ def names_of_units(text: str) -> list[str]:
 def unit_readings(text: str, spelled: Callable[[str, str], list[str]]) -> list[Unit]:
     """The readings of a unit; `spelled` gives those of one name with its power. Raises ValueProblem."""
     text = text.replace("°", "deg") if not re.search(r"°\s*[A-Za-z]|\w°", text) else text
-    names = [spelled(match["name"], _power(match["power"])) for match in _UNIT_NAME.finditer(text)]
+    names = [spelled(match["name"], power_of(match["power"])) for match in _UNIT_NAME.finditer(text)]
     units: dict[tuple[Fraction, int, Dimension], Unit] = {}
     first: ValueProblem | None = None
     for choice in islice(product(*names), MOST_READINGS_OF_UNIT):
@@ -277,7 +277,8 @@ def unit_readings(text: str, spelled: Callable[[str, str], list[str]]) -> list[U
     return list(units.values())
 
 
-def _power(text: str | None) -> str:
+def power_of(text: str | None) -> str:
+    """A power as it stands behind the name of a unit: `^2` for `**2`, `^-1` for `-1`."""
     power = re.sub(r"[\s()]", "", text or "").replace("**", "^")
     return f"^{power}" if power.startswith("-") else power
 

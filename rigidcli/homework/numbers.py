@@ -10,38 +10,43 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import islice
+from itertools import islice, product
+from types import MappingProxyType
 from typing import Any
 
 from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields import units
-from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension
-from rigidcli.fields.units import PREFIXES, Unit
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension, dimension_of
+from rigidcli.fields.units import HIGHEST_POWER_OF_UNIT, PREFIXES, Unit, parse_unit
 from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree, typed
 from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
-from rigidcli.language.tokens import rewritten, rules
-from rigidcli.language.words import RESERVED, said, table
+from rigidcli.language.tokens import UNSIGNED, rewritten, rules
+from rigidcli.language.words import CALLED, CONSTANTS, RESERVED, Words, said, table
 
 LONGEST_NUMBER = 400  # characters
 # The share of a number that rounding may change: a value on the very limit of a tolerance is accepted.
 ROUNDING = 1e-9
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 _KNOWN = frozenset(units.known_names())
+_OTHER = "|".join(sorted({*CALLED, *CONSTANTS, "e"} - {"sec"}))
+# A number or a function in a formula, or a word that may be a unit with its power.
+_WORD = re.compile(rf"{UNSIGNED}|(?:{_OTHER})(?![^\W\d])|{units.UNIT_NAME}")
+MOST_SPELLINGS = 8  # the most readings of the units in one formula
 __COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{__COUNTED})[^\W\d_]"
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{typed.DECIMAL}))"
-    r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
+    r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)(?(open)\s*\)))?+"
     rf"(?:(?:\s*(?:\*\s*)?(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
@@ -53,25 +58,16 @@ _REMARK = re.compile(
 )
 # A power of ten whose exponent came down to the line: `2.47 x 10-3`.
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{typed.DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
-# A number divided by a quantity: `360°/24h`, `2 pi/24h`; of `1/4 s` the unit is a second.
-_QUOTIENT = re.compile(
-    r"(?P<above>[-+]?[\d.*\s]*(?:pi(?=\s*/)|(?=\s*[°\w])))\s*(?P<unit>°|(?!pi)[^\W\d_]+)?\s*/\s*"
-    rf"(?:\((?P<grouped>{typed.DECIMAL})\)\s*/|(?P<below>{typed.DECIMAL})(?(unit)\s*))(?P<per>[^\W\d_]+)"
-)
 # What stands before a value that is repeated: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`.
 _AGAIN = re.compile(
     rf"\s*(?:[(\[]|[,;]?\s*\b{said('or', 'same')}(?=\s)|[,;]\s"
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
-_TERM = rf"[-+]?{typed.DECIMAL}\s*[^\W\d_][^-+()]*"
-_SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")  # a sum of quantities: `10 J + 2.5 J`
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
+# What stands between a formula without units and its unit.
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-_COUNTS = ["1/2", "1/3", "1/4", "2/3", "3/4", "0", "1", "2", "3", "4", "5", "6"]
-_IN_WORDS = [(re.compile(rf"(?i)\A{said(count)}(?=[\s.!]|\Z)"), count) for count in _COUNTS]
-_IN_WORDS.append((re.compile(r"\A\s*(\d+)(?::| : )(\d)\s*\Z"), r"\1/\2"))  # a ratio
 # Sums of names of energies before `=`, as in `T + V = 5 J`.
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 
@@ -143,7 +139,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
-    text = str(answer) if place else rewritten(str(answer), _IN_WORDS)
+    text = str(answer)
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     told = _AGAIN.split(text, maxsplit=2)
@@ -155,7 +151,8 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         return _those_read(lambda text: _numbers(text, unit, place), _variants(last))
     except ExpressionError as error:
         says = advice(error)
-        if re.match("unexpected|no operator before|the expression ends", error.message):
+        is_strange = "has no value" in error.message and re.search(r"(?:\A|\s)\d", text)
+        if is_strange or re.match("unexpected|no operator before|the expression ends", error.message):
             says = "give one number" if unit in (None, PURE) else "give the number and its unit"
         message = f"read {shown(answer)}: {says}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
@@ -187,9 +184,6 @@ def _variants(text: str) -> list[str]:
     """The texts with plain digits that a number may stand for: `1,234` is 1.234 or 1234."""
     if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
         return [f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}", f"1*{text}"]
-    if quotient := _QUOTIENT.fullmatch(text):  # `360°/24h` is 15 °/h
-        below = quotient["below"] or quotient["grouped"]
-        return [text, f"({quotient['above']})/({below}) {quotient['unit'] or ''}/{quotient['per']}"]
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
@@ -198,50 +192,31 @@ def _variants(text: str) -> list[str]:
 
 def _numbers(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
-
-    def number(amount: float, own: Unit | None, mantissa: str = "") -> TypedNumber:
-        scale = own.scale if own else 1.0 if unit is None else unit.scale
-        if not math.isfinite(amount * scale):
-            raise ExpressionError("it is beyond the range of numbers")
-        return TypedNumber(amount * scale, amount, scale, own, mantissa)
-
-    if decimal := _DECIMAL.fullmatch(text):
-        mantissa = decimal["mantissa"].replace(",", ".")
-        power = (decimal["e"] or decimal["p"] or "0").replace(" ", "")
-        amount = float(f"{decimal['sign']}{mantissa}e{power}")
-        if amount == 0 and mantissa.strip("0."):
-            raise ExpressionError("it is too small for a number")
-        if decimal["unit"] is None:
-            return [number(amount, None, mantissa)]
-        if _SUM.fullmatch(text):
-            return _sums(text, unit, place)
+    decimal = _DECIMAL.fullmatch(text)
+    if decimal is None:
+        return _worked_out(text, unit)
+    mantissa = decimal["mantissa"].replace(",", ".")
+    power = (decimal["e"] or decimal["p"] or "0").replace(" ", "")
+    amount = float(f"{decimal['sign']}{mantissa}e{power}")
+    if amount == 0 and mantissa.strip("0."):
+        raise ExpressionError("it is too small for a number")
+    if decimal["unit"] is None:
+        return [_number(amount, None, unit, mantissa)]
+    try:
         several, remark = _units_before_words(decimal["unit"], unit, place)
-        return [replace(number(amount, own, mantissa), remark=remark) for own in several]
-    node, behind = _value(text)
-    amount = real(node, {})
-    with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
-        amount = 0.0 if abs(amount) < ROUNDING and is_zero(from_tree(node)) else amount
-    if behind:
-        return [number(amount, own) for own in read_units(behind, unit, place)]
-    called = {part.function for part in tree.nodes([node]) if isinstance(part, tree.Call)}
-    is_angle = called & {"asin", "acos", "atan", "atan2"} or any(
-        isinstance(part, tree.Constant) for part in tree.nodes([node])
-    )
-    if unit is None or not unit.dimension.angle or not is_angle:  # made of pi or of an inverse function
-        return [number(amount, None)]
-    text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
-    in_si = number(amount, Unit(text, Fraction(1), 0, unit.dimension))
-    return [in_si] if unit.dimension == ANGLE else [number(amount, None), in_si]
+    except Unreadable:
+        with suppress(ValueProblem):
+            return _worked_out(text, unit)
+        raise
+    return [replace(_number(amount, own, unit, mantissa), remark=remark) for own in several]
 
 
-def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
-    """The sum of quantities, in the unit of the first. Raises ExpressionError, Unreadable."""
-    first, *others = (_numbers(term.strip(), unit, place)[0] for term in text.split("+"))
-    kinds = {each.unit and each.unit.dimension for each in (first, *others)}
-    if first.unit is None or len(kinds) > 1:
-        raise ExpressionError("the terms of this sum have units of different kinds")
-    value = sum((each.value for each in others), first.value)
-    return [replace(first, value=value, typed=value / first.scale, mantissa="")]
+def _number(amount: float, own: Unit | None, unit: Unit | None, mantissa: str = "") -> TypedNumber:
+    """A number in its `own` unit, or else in `unit`. Raises ExpressionError beyond the range of floats."""
+    scale = own.scale if own else 1.0 if unit is None else unit.scale
+    if not math.isfinite(amount * scale):
+        raise ExpressionError("it is beyond the range of numbers")
+    return TypedNumber(amount * scale, amount, scale, own, mantissa)
 
 
 def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Sequence[Unit | None], str]:
@@ -314,19 +289,20 @@ _POWERS_IN_WORDS = rules(
 )
 _MINUTES = rf"(?P<min>{typed.DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
 _SECONDS = rf"(?P<sec>{typed.DECIMAL})\s*(?:\"|″|''|”|arcsec)"
-# Signs of units, mixed fractions and powers of ten, and their plain forms.
+# Signs of units, ratios, mixed fractions and powers of ten, and their plain forms.
 _SIGNS = rules(
+    (r"\A\s*(\d+(?:[.,]\d+)?)(?::| : )(\d)\s*\Z", r"\1/\2"),
     (r"(?<=\d)~(?=[A-Za-z\\])", " "),  # the blank of LaTeX
     (r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°"),
     (r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e"),  # 1*^3 in Mathematica, 1d3 in Fortran
     (r"(\d\s*(?:h|min))\s*(?=\d+(?:\.\d+)?\s*(?:min|s|sec)\b)", r"\1 + "),  # 1 h 20 min
-    (r"\A\s*minus\s+(?=[\d.])", "-"),
+    (r"\A\s*(?:minus|negative)\s+(?=[\d.])", "-"),
     (r"(?<=\d)\s*(?:degrees? of freedom|d\.?o\.?f\.?)(?!\w)", ""),
-    (r"/\s*\(([^()]*\d)\s*([^\W\d_]+)\)\s*\Z", r"/(\1) /\2"),  # divided by a quantity: 2π/(24 h)
     (rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*{_MINUTES}(?:\s*{_SECONDS})?", _in_degrees),
     (r"(?<=\d)\s*′", " arcmin"),
     (r"(?<=\d)\s*″", " arcsec"),
     (r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si),
+    (r"\A\s*(\d+)\s*\\[dt]?frac\s*(?:\{(\d+)\}\s*\{(\d+)\}|(\d)(\d))", r"(\1 + \2\4/\3\5)"),
     (  # a whole number and a fraction that is added to it: 12 1/2
         r"(?<![\w.,/^*])(\d+) +(\d{1,2}) ?/ ?(\d{1,2})(?![\d/.,])",
         lambda m: f"({m[1]} + {m[2]}/{m[3]})" if int(m[2]) < int(m[3]) else m[0],
@@ -344,30 +320,84 @@ _AROUND = rules(
     (_UNCERTAIN, r"\g<value> "),
     (r"(?<=\d)\s+(?=[eE][-+]?\d)", ""),
     (r"\A\s*\(([^()]*\d\s*[^\W\d][^()]*)\)\s*\Z", r"\1"),
-    # the factor of a list, with a unit: `(2 kg m^2)*(0.5)`
-    (rf"\A\(([-+\d.,*/ ]+)\s((?!{__COUNTED})[^\W\d_][^()]*)\)\*\(([^()]*)\)\Z", r"(\1)*(\3) \2"),
 )
 
 
-def _value(text: str) -> tuple[tree.Node, str]:
-    """An expression without names, and the unit behind it, if there is one."""
-    if _DIGITS_APART.match(text):
-        raise ExpressionError("nothing stands between digits")
-    text = re.sub(r"\b(ln|exp|sin|cos|tan)(?=\d)", r"\1 ", text)
-    blank = _BEHIND.search(text)
-    ways = [] if blank is None else [(text[: blank.start()], text[blank.end() :])]
-    if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
-        ways.insert(0, (text, ""))
-    for value, behind in ways:
-        node = typed.expressions(value, None, leading=False)[0]
-        names = sorted(tree.names_in(node))
-        if not names:
-            return node, behind
-    raise ExpressionError(f"{shown(names[0])} has no value")
+# --- formulas whose names are units
 
 
-# Digits with a blank or a sign between them: `12 5`, `1_000`.
-_DIGITS_APART = re.compile(r"[-+]?\d[.,\d]*[\s_'][.,\s_']*\d(?!\s*/)")
+def _worked_out(text: str, unit: Unit | None) -> list[TypedNumber]:
+    """The readings of a formula whose names are units: `2 pi rad/24 h`, `1/2 (4 kg) (2.5 m/s)^2`, `sin 30°`.
+
+    Of `10 + 2.5 J` the unit is that of all. Raises ExpressionError, ValueProblem.
+    """
+    found, problems = dict[TypedNumber, None](), list[ValueProblem]()
+    blank = None if re.search(r"[a-z]{2}.*\bdeg", text) else _BEHIND.search(text)
+    if blank is not None:
+        with suppress(ExpressionError, Unreadable):
+            root = typed.expressions(text[: blank.start()], Words(()), leading=False)[0]
+            amount, several = _value(root), read_units(text[blank.end() :], unit)
+            found |= dict.fromkeys(_number(amount, own, unit) for own in several)
+    for spelled in _in_known_units(rewritten(text, _WRITTEN_OUT), unit):
+        names = _KNOWN.intersection(units.names_of_units(spelled))
+        try:
+            for root in typed.expressions(spelled, Words(sorted(names)), leading=False):
+                found |= dict.fromkeys(_of_root(root, unit))
+        except ValueProblem as problem:
+            is_strange = problem.code == "unknown_symbol"
+            what = problem.message.removeprefix("read ")
+            problems.append(ExpressionError(f"{what} has no value") if is_strange else problem)
+    if problems and not found:
+        raise problems[0]
+    return list(found)
+
+
+def _value(root: tree.Node, scales: Mapping[str, float] = MappingProxyType({})) -> float:
+    """The value of a formula; zero where that is proved, as of `cos(pi/2)`. Raises ExpressionError."""
+    amount = real(root, scales)
+    with suppress(ExpressionError):
+        bare = tree.bound(root, dict.fromkeys(scales, tree.ONE))
+        amount = 0.0 if abs(amount) < ROUNDING and is_zero(from_tree(bare)) else amount
+    return amount
+
+
+def _in_known_units(text: str, unit: Unit | None) -> Iterator[str]:
+    """The text with the names of units for the words that may mean some, in each usual reading."""
+    own = set() if unit is None else set(units.names_of_units(unit.text))
+    ways = [
+        _unit_spelled(word["name"], units.power_of(word["power"]), own) if word["name"] else [word[0]]
+        for word in _WORD.finditer(text)
+    ]
+    for choice in islice(product(*ways), MOST_SPELLINGS):
+        each = iter(choice)
+        yield _WORD.sub(lambda word: f" {next(each)}", text)  # noqa: B023
+
+
+def _of_root(root: tree.Node, unit: Unit | None) -> list[TypedNumber]:
+    """The readings of a formula of numbers and names of units. Raises ExpressionError, ValueProblem."""
+    parts = list(tree.nodes([root]))
+    constants = [part for part in parts if isinstance(part, tree.Constant)]
+    if not constants and not any(isinstance(part, tree.Number) for part in parts):
+        raise ExpressionError("there is no number in it")
+    sums = [[tree.names_in(term) for term in part.terms] for part in parts if isinstance(part, tree.Sum)]
+    if any(any(names) and not all(names) for names in sums):
+        raise ExpressionError("the terms of this sum have units of different kinds")
+    known = {name: parse_unit(name) for name in tree.names_in(root)}
+    amount = _value(root, {name: each.scale for name, each in known.items()})
+    # A factor of the dimension 1 tells a pure number from what has none, such as the root of a metre.
+    dimensions = {"1": DIMENSIONLESS} | {name: each.dimension for name, each in known.items()}
+    dimension = dimension_of(tree.Product((tree.Name("1"), root)), dimensions)
+    if dimension is None or max(map(abs, dimension)) > HIGHEST_POWER_OF_UNIT:
+        raise ExpressionError("this is no product of powers of units")
+    if dimension != DIMENSIONLESS:
+        return [_number(amount, Unit(dimension.unit, Fraction(1), 0, dimension), unit)]
+    is_inverse = {getattr(part, "function", "") for part in parts} & {"asin", "acos", "atan", "atan2"}
+    if unit is None or not unit.dimension.angle or not (is_inverse or constants):
+        return [_number(amount, None, unit)]
+    # made of pi or of an inverse function
+    text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
+    in_si = _number(amount, Unit(text, Fraction(1), 0, unit.dimension), unit)
+    return [in_si] if unit.dimension == ANGLE else [_number(amount, None, unit), in_si]
 
 
 # --- units
@@ -400,7 +430,8 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
     """The readings of one name in a unit: `m2` is m^2, and `ms^-1` also m s^-1."""
     stem = name.rstrip("0123456789")
     ways: list[str] = []
-    for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
+    digits = name.removeprefix(stem)
+    for part, raised in ((name, power), (stem, power or f"^{digits}" * bool(digits))):
         if part in _KNOWN or part in own:
             ways.append(f"{part}{raised}")
         if part not in own and (meant := _unit_called(part)):
@@ -422,6 +453,9 @@ def _unit_called(name: str) -> str:
 
 _WRITTEN_OUT = [
     *rules((r"\A(?:per|pro|par|por)\s", "/"), (r"\s(?:per|pro|par|por)\s", "/"), (r"\A\s*/", "1/")),
+    *rules(
+        (r"(?<=[^\s*/(])\s+1\s*/\s*(?=[^\W\d])", "/"),
+    ),  # 2 pi 1/s
     *_POWERS_IN_WORDS,
     *rules((r"\[", "("), (r"\]", ")")),
 ]

@@ -115,7 +115,7 @@ def test_a_number_is_read_as_typed(text: str, value: float, figures: int, unit: 
     """
     code | hint | text
     not_a_number | `twenty` has no value | twenty
-    not_a_number | nothing stands between digits | 1_000  1 00 m
+    not_a_number | give | 1_000  1 00 m
     not_a_number | `true` has no value | true
     not_a_number | range | 1e400  1e999999999
     not_a_number | too small | 1e-400

@@ -325,7 +325,7 @@ def test_keys_that_cannot_be_judged_by(options: str, answer: Any) -> None:
     wrong_shape | t,x,p  # t,x,p  t,x,p/0,1/  t,x,p/0,1,2,3/
     missing_column | 0,1,2/1,2,3/  x,p/1,2/
     duplicate_key | t,x,x,p/0,1,2,3/
-    not_a_number | t,x,p/0,1,/  t,x,p/0,1,one/  t,x,p/0,1,1_000/  t,x,p/0,1,nan/
+    not_a_number | t,x,p/0,1,/  t,x,p/0,1,many/  t,x,p/0,1,1_000/  t,x,p/0,1,nan/
     t,x,p/0,1,__import__('os').system('true')/  t,x,p/0,1,1e999/
     unit_incompatible | t,x,p/0,1,5 cm/  t,x,p/0,1,0x10/  t,x,p/0,1,1e/
     """,
