@@ -21,7 +21,7 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Finding, KeySource, Tree, Unreadable
-from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, read_numbers, readings_of
+from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, in_dimension, read_numbers, readings_of
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import Names, exactly, names_of, read_expression, read_expressions
 from rigidcli.homework.same import FormulaComparison, formulas_of
@@ -70,12 +70,14 @@ class Ruler:
     ) -> tuple[Entry, ...]:
         """The entries that were typed in these places, of several readings one that is `right` somewhere.
 
-        Raises Unreadable with all that cannot be read, a repeated problem once.
+        A unit behind the last number alone is that of all: `1, 2, 3 kg m^2`. Raises Unreadable with all that
+        cannot be read, a repeated problem once.
         """
-        entries, problems = list[Entry](), dict[tuple[str, str], Finding]()
+        entries, problems, cells = list[Entry](), dict[tuple[str, str], Finding](), list(cells)
+        ruler = self.with_unit_of_last(cells)
         for count, (place, typed) in enumerate(zip(places, cells, strict=True)):
             try:
-                several = self.readings(typed, place)
+                several = ruler.readings(typed, place)
                 near = [*right[count : count + 1], *right]
                 entries.append(chosen(several, lambda each: any(self.same(each, r) is True for r in near)))  # noqa: B023
             except Unreadable as unreadable:
@@ -85,6 +87,16 @@ class Ruler:
             first, *others = problems.values()
             raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
         return tuple(entries)
+
+    def with_unit_of_last(self, cells: Sequence[Tree]) -> Ruler:
+        """The ruler for numbers in the unit of the last of these, if no other one has a unit."""
+        if self.formulas is None and len(cells) > 1:
+            with suppress(Unreadable, ValueProblem):
+                *others, last = (readings_of(cell)[0] for cell in cells)
+                if last.unit is not None and not any(each.unit for each in others):
+                    in_dimension(last, self.unit)
+                    return replace(self, unit=last.unit)
+        return self
 
     def readings(self, typed: Tree, place: str = "") -> Sequence[Entry]:
         """The readings of an entry. Raises Unreadable."""

@@ -8,12 +8,13 @@ read_list("2 j + 12 k")                    # ["0", "2", "12"]
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from itertools import chain
 from typing import Any
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.numbers import advice
+from rigidcli.homework.numbers import advice, read_units
 from rigidcli.language import typed
 from rigidcli.language.latex import HAT, with_hats
 from rigidcli.language.tokens import rewritten, rules
@@ -25,7 +26,7 @@ MOST_BRACKETS = 40
 _NUMBER = re.compile(rf"[-+]?{typed.DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 # What stands between `I1 = 3` and the next name with a digit, or of one letter.
-_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
+_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d|I_?[xyz]{2})\s*[=:])")
 _ARRAY = re.compile(
     r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec|[Tt]ranspose)\s*(?=[(\[])"
 )
@@ -71,7 +72,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         entries = _entries(inner, is_square)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", advice(error)) from None
-    return _moved(entries, factor, unit) if factor or unit else _with_unit_of_last(entries)
+    return _moved(entries, factor, unit) if factor or unit else entries
 
 
 # --- the parts of a list
@@ -107,26 +108,27 @@ def _is_several(text: str) -> bool:
 
 
 def split(text: str) -> list[str]:
-    """A text cut at its lines, else at semicolons, else at commas, outside of brackets."""
-    for sign in ("\n", ";", ","):
+    """A text cut at its lines, else at semicolons, else at commas, outside of brackets.
+
+    Where blanks stand behind commas, and each piece has a comma of its own, these are decimal commas.
+    """
+    for sign in ("\n", ";", r",\s", ","):
         pieces = [piece.strip().rstrip(",;" * (sign == "\n")) for piece in cut(text, re.compile(sign))]
         if not pieces[-1]:
             pieces.pop()
-        if len(pieces) > 1:
+        is_cut = sign != r",\s" or all(re.search(r"\d,\d", piece) for piece in pieces)
+        if len(pieces) > 1 and is_cut:
             return pieces
     return [text.strip()]
-
-
-_PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
 def _entries(text: str, is_square: bool = False) -> Any:
     """The entries of a text without outer brackets; rows are lists, and pairs with names a mapping."""
     pieces = [part for piece in split(text) if piece for part in _repeated(piece)]
-    pairs = [pair for piece in pieces if (pair := _PAIR.match(piece))]
-    if pieces and len(pairs) == len(pieces):
-        named = {pair["name"].strip(): pair["value"].strip() for pair in pairs}
-        return named if len(named) == len(pairs) else [pair["value"].strip() for pair in pairs]
+    pairs = [list(map(str.strip, re.split("[=:]", piece))) for piece in pieces]
+    if pairs and all(len(pair) == 2 and re.fullmatch(r"[^\W\d][\w ]*", pair[0]) for pair in pairs):
+        named = dict(pairs)
+        return named if len(named) == len(pairs) else [value for _, value in pairs]
     if len(pieces) == 1 and pieces[0].startswith(("[[", "[(")):
         return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
@@ -183,9 +185,6 @@ _SEVERAL = {
     )
     for n, word in enumerate(("once", "twice", "thrice"), 1)
 }
-_BOTH_SIGNS = re.compile(
-    r"(?:[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
-)
 
 
 def _repeated(entry: str) -> list[str]:
@@ -197,8 +196,9 @@ def _repeated(entry: str) -> list[str]:
     for count, words in _SEVERAL.items():
         if words.search(entry):
             return [words.sub("", entry)] * count
-    both = _BOTH_SIGNS.fullmatch(entry)
-    return [f"{both['a']} {sign} {both['b']}" for sign in "-+"] if both else [entry]
+    before, *behind = re.split(r"±|\+/?-", entry.rpartition("=")[2])
+    is_formula = len(behind) == 1 and before.strip() and re.search(r"[√A-Za-z(]", behind[0])
+    return [f"{before.strip()} {sign} {behind[0].strip()}" for sign in "-+"] if is_formula else [entry]
 
 
 def _moved(entry: Tree, factor: str, unit: str) -> Tree:
@@ -214,24 +214,6 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
     return f"{entry} {unit}".rstrip()
 
 
-# An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`.
-_UNIT_TAIL = re.compile(
-    rf"(?s)(?P<entry>.*[\d)\]])\s++(?P<unit>(?![\d+*/^)\]-]|(?i:{'|'.join(sorted(CALLED))})\b)"
-    r"[^()]*(?:\([^()]*\)[^()]*)*)"
-)
-
-
-def _with_unit_of_last(entries: Tree) -> Tree:
-    """A list where the unit behind the last entry is that of all, if no other has one: `1, 2, 3 kg m^2`."""
-    if not isinstance(entries, list) or not all(isinstance(each, str) for each in entries):
-        return entries
-    *others, last = entries or [""]
-    # Names are units of their own, or those of formulas: of `m a^2, 2 m a^2` the last has no unit.
-    names = {*re.findall(r"[^\W\d_]+|[°%]", " ".join(others))} - {"pi", "π", "e", "E"}
-    tail = _UNIT_TAIL.fullmatch(last) if others and names <= CALLED else None
-    return entries if tail is None else _moved([*others, tail["entry"]], "", tail["unit"])
-
-
 # --- other signs than brackets and commas
 
 _BRACKETS = str.maketrans(
@@ -240,7 +222,9 @@ _BRACKETS = str.maketrans(
 _TRANSPOSED = r"(?<=[)\]}])\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|'|\.T)(?!\w)"
 _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
 # One value of two names: lambda_{2,3} = 11.
-_SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
+_SHARED = re.compile(
+    r"(?<![A-Za-zλω])(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
+)
 _SIGNS = rules(
     (_TRANSPOSED, ""),
     (r"\]\s*\[(?=[-\d])", "];["),
@@ -277,59 +261,77 @@ def _from_table(text: str) -> str:
 def _separated(text: str) -> str:
     """The text with `;` for what else separates entries: `3 and 5`, `3 | 5`, `3 < 5`, `3 -> 5`, `3/5/7`."""
     text = re.sub(r"(?<![,;\s])\s*&", ";", text)  # rows of LaTeX outside of `\\begin{pmatrix}`
-    text = _AND.sub(";" if ";" in text else ",", text)
+    text = _AND.sub("; " if ";" in text else ", ", text)
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
     text = re.sub(r"\||<=?|[-=]?>", ";", text)
-    pieces = text.rpartition("=")[2].strip("()[] ").split("/")
-    is_list = len(pieces) > 2 and all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces)
-    return text.replace("/", ";") if is_list else text
+    for sign in "/:":
+        pieces = text.rpartition("=")[2].strip("()[] ").split(sign)
+        if len(pieces) > 2 and all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces):
+            return text.replace(sign, ";")
+    return text
 
 
 # --- sums of unit vectors
 
 AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
-_E = "\ue000"  # the sign that stands before the axis of a unit vector, once it is found
+_FOUND = "\ue000\ue001\ue002"  # the signs of the unit vectors, once they are found
+_VECTOR = re.compile(f"[{_FOUND}]")
 # Unit vectors with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
 _UNIT_VECTORS = (
     re.compile(rf"([ijkxyz]){HAT}+|e{HAT}+_?([xyz123])(?!\w)"),
-    re.compile(r"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w(\ue000])"),
+    re.compile(rf"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w({_FOUND}])"),
     re.compile(r"(?<![A-Za-z_])(?<!\(\d)([xyz])(?![\w(])"),  # and no count, as in `11 (2x)`
 )
-_TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
-_NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
+# What stands before a term of a sum that is not the first one.
+_NEXT_TERM = re.compile(rf"(?<=[\w)\]{_FOUND}])(?<!\d[eE])\s*(?=[-+])")
 
 
 def _in_unit_vectors(text: str) -> Tree:
-    """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
+    """The components of a sum such as `2 j + 12 k` or `a (b x̂ + c ŷ)`, with a unit behind it; or None."""
     text = text.rpartition("=")[2].strip()
     found = re.sub(r"\*\*([ijkxyz])\*\*", r" \1 ", text)  # bold letters in Markdown
     for pattern in _UNIT_VECTORS:
-        if _E not in found:
-            found = pattern.sub(lambda vector: f" {_E}{AXES[next(filter(None, vector.groups()))]} ", found)
-    if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
+        if not _VECTOR.search(found):
+            found = pattern.sub(lambda vector: _FOUND[AXES[next(filter(None, vector.groups()))]], found)
+    if not _VECTOR.search(found) or re.search(r"[;\n]|,(?!\d)|(?<!\d),", without_brackets(found)):
         return None
-    found = _bare(found.replace(HAT, ""))
-    factor, unit, ends = "", "", closings_of(found)
-    for start, end in sorted(ends.items())[:MOST_BRACKETS]:
-        is_sum = re.search(r"\S\s*[-+]", without_brackets(found[:start]))
-        if found.count(_E, start, end) == found.count(_E) and not is_sum:
-            factor, unit = found[:start].strip(" *·"), found[end + 1 :].strip(" *·")
-            found = found[start + 1 : end]
-            break
-    components = ["", "", ""]
-    terms = [term for term in cut(found, _NEXT_TERM) if term.strip()]
-    for place, term in enumerate(terms):
-        parts = _TERM.fullmatch(term)
-        if parts is None:
+    found, unit = _bare(found.replace(HAT, "")), ""
+    if len(closings_of(found)) > MOST_BRACKETS:
+        return None
+    first, *between, last = _VECTOR.split(found)
+    if all(re.match(r"\s*[-+)]", each) for each in between) and f"{first}{between}".strip(" []"):
+        with suppress(Unreadable):  # it may be a factor behind its vector
+            unit = last.strip() if read_units(last) else ""
+            found = found.removesuffix(last)
+    components = [_component(found, vector) for vector in _FOUND]
+    if None in components:
+        return None
+    return [_moved(component, "", unit) if component else "0" for component in components]
+
+
+def _component(text: str, vector: str) -> str | None:
+    """What a unit vector is multiplied by in a sum, empty where it has no term; None for no such sum."""
+    kept = list[str]()
+    for term in filter(str.strip, cut(text, _NEXT_TERM)):
+        brackets = [each for each in sorted(closings_of(term).items()) if _VECTOR.search(term, *each)]
+        one = _VECTOR.search(term)
+        if one is None:
             return None
-        before, behind, axis = parts["before"].strip(), parts["behind"].strip(), int(parts["axis"])
-        is_divided = behind.startswith("/")
-        if behind and place == len(terms) - 1 and before and not is_divided:
-            unit, behind = unit or behind, ""
-        value = before if before not in ("", "+", "-") else f"{before}1"
-        value = f"{value}*({'1' * is_divided}{behind.lstrip('*· ')})" if behind else value
-        components[axis] += f" + ({value})" if components[axis] else value.lstrip("+ ")
-    if unit.startswith("*"):
-        return None
-    return [_moved(component, factor, unit) if component else "0" for component in components]
+        start, end = brackets[0] if brackets else (one.start(), one.start())
+        before, behind = term[:start].rstrip(" *·"), term[end + 1 :].strip()
+        inner = _component(term[start + 1 : end], vector) if brackets else "1" * (one[0] == vector)
+        if inner is None or _VECTOR.search(before + behind) or behind.startswith("^"):
+            return None
+        if not inner:
+            continue
+        sign, factor = "-" * before.startswith("-"), before.lstrip("+- ")
+        value = inner if _NUMBER.fullmatch(inner) else f"({inner})"
+        if factor:
+            value = factor if inner == "1" else f"({factor})*({inner})"
+        if behind.startswith("/"):
+            value += behind
+        elif behind:
+            value = behind.lstrip("*· ") if value == "1" else f"({value})*({behind.lstrip('*· ')})"
+        kept.append(sign + value)
+    return f"({' + '.join(kept)})" if len(kept) > 1 else "".join(kept)
