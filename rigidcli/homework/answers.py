@@ -49,6 +49,9 @@ _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
     r"\s*[\"']?(?:answer|antwort|réponse|respuesta|result|value)s?[\"']?[ \t]*(?=\r?\n)"
 )
+# The most blanks between words, as patterns look at each of them many times; more say nothing.
+LONGEST_GAP = 20
+_LONG_GAP = re.compile(rf"(?<=\S)[^\S\n]{{{LONGEST_GAP},}}")
 _QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
 # Commands of LaTeX: some begin like an escape of YAML, such as `\t`, and all others do not.
 _LATEX = re.compile(
@@ -81,6 +84,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     if re.search(r"[\x00-\x08\x0b\x0e-\x1f\x7f]", text):  # form feeds may stand in a text
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = sorted({folded(name) for name in known}, key=len, reverse=True)
+    text = _LONG_GAP.sub(" " * LONGEST_GAP, text)
     text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
     if table := _HEADS.match(text):
         text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
