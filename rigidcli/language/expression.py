@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 import unicodedata
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -58,6 +59,10 @@ def parse(
     """
     try:
         source = undotted(text)
+        if _RATE.search(source):
+            from rigidcli.language.typed import slopes  # as below
+
+            source = slopes(source)
         tokens = tokenize(source, as_typed=source == text)
     except ExpressionError as error:
         # Dots over letters are derivatives; other accents are no decoration of a name.
@@ -88,6 +93,7 @@ def parse(
     raise ExpressionError(f"this can be read in {count}", column=1, hint=hint, code="two_readings")
 
 
+_RATE = re.compile(r"\bd\s*[^\W\d]\w*\s*/\s*d\s*t\b")  # dx/dt for xdot
 _SHOWN = 60  # the most characters of a reading that a message proposes
 
 
