@@ -113,6 +113,8 @@ def split(text: str) -> list[str]:
     Where blanks stand behind commas, and each piece has a comma of its own, these are decimal commas.
     """
     for sign in ("\n", ";", r",\s", ","):
+        if sign == "," and len(numbers := _blanks(text)) > 1:  # 1,5 2,5
+            return numbers
         pieces = [piece.strip().rstrip(",;" * (sign == "\n")) for piece in cut(text, re.compile(sign))]
         if not pieces[-1]:
             pieces.pop()
