@@ -36,9 +36,9 @@ MOST_LINES = {
     "cli": 2081,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables
-    "fields": 2056,  # a section reads on with the key that is meant
-    "homework": 8886,  # variants; whose a hand-in is; formulas of units, brackets with unit vectors
-    "language": 2537,  # one reader, with readings; numbers in words, lines that lead to an answer
+    "fields": 2057,  # a section reads on with the key that is meant
+    "homework": 8942,  # variants; whose a hand-in is; formulas of units, brackets with unit vectors
+    "language": 2543,  # one reader, with readings; numbers in words, lines that lead to an answer
     "mechanics": 2854,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2803,  # formulas within sentences are typeset; a slider over the values of a sweep

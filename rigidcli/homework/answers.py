@@ -85,7 +85,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = sorted({folded(name) for name in known}, key=len, reverse=True)
     text = _LONG_GAP.sub(" " * LONGEST_GAP, text)
-    text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
+    text = re.sub(r"(?im)^([^\S\n]*answers[^\S\n]*)=", r"\1:", text.removeprefix("\ufeff"))
     if table := _HEADS.match(text):
         text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
     text = _QUOTED.sub(_literal, _undressed(text, names))

@@ -379,7 +379,7 @@ def _equations(answer: Tree, place: str, unread: list[Unreadable]) -> Iterator[t
 
 _WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
 # A name with a colon or an arrow for `=`.
-_NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
+_NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))([^\S\n]*[^\W\d]\w*\s*)(?::|->|=>)")
 # What stands before an equation to count it, where brackets have been masked: `a)` and `(1)`.
 _PART = re.compile(
     r"(?:\A|(?<=\s))(?:[1-9a-h]|i{1,3})\)\s+|(?:\A|(?<=[\w)]\s))\([_1-9]\)\s+(?=[^\W\d]\w*dot\w*\s*=)"

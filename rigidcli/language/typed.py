@@ -182,7 +182,7 @@ def statements(text: str) -> list[list[str]]:
 
     A line that begins or ends with `=` goes on with its neighbour.
     """
-    text = re.sub(r"\s*\n\s*(?==(?!>))|(?<=[^<>]=)\s*\n\s*", " ", text)
+    text = re.sub(r"\n(?==(?!>))|(?<=[^<>]=)\n", " ", re.sub(r"[^\S\n]*\n\s*", "\n", text))
     return [cut(piece, _EQUALS) for piece in cut(text, _BETWEEN) if piece.strip(" \t\r,.")]
 
 
@@ -194,7 +194,7 @@ def _is_working(own: str, values: Sequence[str], name: str, members: Sequence[st
     """Whether a statement leads to another: `By Huygens, T = ..`, `T = 1/f = ..` behind f, H behind V."""
     if not values:
         return re.fullmatch(r"(?:[^\W\d_]+\s+)+[^\W\d_]{3,}", own) is not None
-    is_used = any(re.search(rf"(?<!\w){re.escape(own)}(?!\w)", member) for member in members)
+    is_used = any(re.search(rf"(?<!\w){re.escape(own)}(?!\w)", member) for member in members[:-1])
     return is_used or bool(_ENERGY.fullmatch(own) and _ENERGIES.fullmatch(name))
 
 
@@ -248,7 +248,7 @@ _D_DT = r"\bd\s*/\s*d\s*t\b"
 _SLOPE = (
     rf"\bd\s*(?P<two>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<of>{_NAME})|\(\s*(?P<of_>{_NAME})\s*\))"
     r"\s*/\s*(?P<open>\()?\s*d\s*(?:t|\(\s*t\s*\))\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"
-    rf"|(?P<opened>\()?\s*{_D_DT}\s*(?(opened)\))\s*(?P<bracket>\()?\s*(?P<of__>{_NAME})\s*(?(bracket)\))"
+    rf"|(?:(?P<opened>\()\s*)?{_D_DT}\s*(?(opened)\))\s*(?P<bracket>\()?\s*(?P<of__>{_NAME})\s*(?(bracket)\))"
 )
 _CALLED_D = (
     rf"'?\b(?:[dD]iff|D|Derivative)\s*\(\s*(?P<of>{_NAME})(?:\(t\))?\s*,"
