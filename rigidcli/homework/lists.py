@@ -137,14 +137,14 @@ def _entries(text: str, is_square: bool = False) -> Any:
         pieces = _blanks(pieces[0])
     elif is_square and all(len(_blanks(piece)) > 1 for piece in pieces):
         return list(map(_blanks, pieces))
-    elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
-        return [_inner(piece) for piece in pieces]
     elif is_square and not re.search("[,;]", "".join(pieces)):
-        bare = (row.strip(" []()") for row in pieces)
+        bare = map(_bare, pieces)
         joined = (_JOINED.sub(lambda sign: next(filter(None, sign.groups())), row) for row in bare)
         rows = [cut(row, re.compile(r"\s+")) for row in joined]
         if all(len(row) == len(rows) for row in rows):
             return rows
+    if len(pieces) > 1 and "," in text and not re.search(r"[;\n]", without_brackets(text)):
+        return [_inner(piece) for piece in pieces]
     return [_row(piece) for piece in pieces]
 
 
