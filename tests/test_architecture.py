@@ -37,12 +37,12 @@ MOST_LINES = {
     "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
-    "homework": 8942,  # variants; whose a hand-in is; formulas of units, brackets with unit vectors
-    "language": 2543,  # one reader, with readings; numbers in words, lines that lead to an answer
-    "mechanics": 2854,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2543,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "mechanics": 2922,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2803,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7968,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 7973,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

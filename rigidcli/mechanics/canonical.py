@@ -36,10 +36,21 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients, polynomial_sum
-from rigidcli.algebra.expressions import ZERO, Expr, factored, gathered, power, symbol, total
+from rigidcli.algebra.expressions import (
+    ZERO,
+    Expr,
+    atomic,
+    factored,
+    gathered,
+    power,
+    product,
+    symbol,
+    total,
+)
+from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
-from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
+from rigidcli.algebra.substitution import mapped, rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.inversion import on_main_branch, solutions
@@ -66,6 +77,7 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
     return tuple(needed)
 
 
+EARLY = 0.01  # the time at a sample point in units of other values
 NEAR = 1e-6  # relative tolerance of values at the sample point: another branch has another value there
 MOST_TRIALS = 60  # the most values of unknowns that are tried on the way through the equations
 
@@ -93,14 +105,22 @@ class RootSigns(NamedTuple):
 
     def with_roots(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
         """An expression with names replaced, roots worked out, and tangents in sines and cosines."""
-        return with_powers(substitute(e, values), self._of_power)
+        put_in = self._with_roots(e, values)
+        return self._with_roots(put_in, {}) if values else put_in
 
-    def _of_power(self, atom: Atom, n: Rational) -> Expr:
-        inner = rebuilt(atom, lambda e: self.with_roots(e, {}))
-        if isinstance(atom, Applied) and atom.function == "tan":
-            inner = apply("sin", *atom.arguments) / apply("cos", *atom.arguments)
-        half = isinstance(atom, Group) and n.denominator == 2
-        return power(self.root(inner), 2 * n) if half else power(inner, n)
+    def _with_roots(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
+        def of_power(atom: Atom, n: Rational) -> Expr:
+            inner = rebuilt(atom, lambda e: self._with_roots(e, values))
+            if isinstance(atom, Symbol):
+                inner = values.get(atom.name, inner)
+            elif isinstance(atom, Applied) and atom.function == "tan":
+                (angle,) = atom.arguments
+                inner = self._with_roots(apply("sin", angle) / apply("cos", angle), values)
+            # Of x^2 under a root, put in with the root, it would be abs(x) for good.
+            half = n.denominator == 2 and (isinstance(atom, Group) or inner != atomic(atom))
+            return power(self.root(inner), 2 * n) if half else power(inner, n)
+
+        return with_powers(e, of_power)
 
 
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns) -> dict[str, Expr] | None:
@@ -166,20 +186,25 @@ class NewHamiltonian(NamedTuple):
 
 
 def new_hamiltonian(
-    hamiltonian: Expr, values: Mapping[str, Expr], old: Phase, new: Phase, rate: Expr | None = None
+    hamiltonian: Expr,
+    values: Mapping[str, Expr],
+    old: Phase,
+    new: Phase,
+    rate: Expr | None = None,
+    signs: RootSigns | None = None,
 ) -> NewHamiltonian | None:
     """K for an H, tested for all variables or for positive ones; None where none is found.
 
     The `values` of one side are functions of the other side. Where a generating function makes the change,
-    `rate` is its derivative by the time, at fixed arguments.
+    `rate` is its derivative by the time, at fixed arguments, and `signs` are those that its relations have.
     """
     is_given = values.keys() == {*old.names}
-    signs = next(_points((hamiltonian, *values.values()), values), RootSigns({}))
+    signs = signs or next(_points((hamiltonian, *values.values()), values), RootSigns({}))
     back = values if is_given else inverse(values, new, old, signs)
     if back is None:
         return None
     slopes = _added_slopes(back, old, new)
-    added = _function_with(slopes, new.names) if rate is None else substitute(rate, back)
+    added = _function_with(slopes, new.names) if rate is None else signs.with_roots(rate, back)
     if added is None:
         return None
     k = _gathered(signs.with_roots(hamiltonian, back) + added, new)
@@ -201,6 +226,8 @@ def _points(expressions: Sequence[Expr], values: Mapping[str, Expr]) -> Iterator
     """Points at which variables have `values`, and the other names in the expressions are positive."""
     names = {name for e in expressions for name in e.names}.difference(values)
     for point in sample_points(sorted(names), {}):
+        # Near t = 0 a phase Q - w t has the sign that textbooks give it.
+        point = {name: value * EARLY if name == TIME else value for name, value in point.items()}
         here = RootSigns(point)
         there = {name: here.value(e) for name, e in values.items()}
         if all(map(math.isfinite, there.values())):
@@ -289,13 +316,17 @@ class Generated(NamedTuple):
 
     `relations` are the other old and new variables as functions of its arguments. `old` are the old
     variables as functions of the new ones, and `new` the new ones by the old ones; each is None where the
-    relations are not solved for it. `rate` is dF/dt at fixed arguments.
+    relations are not solved for it. `rate` is dF/dt at fixed arguments, and `signs` are those of roots at a
+    point where the relations hold. Where `old` and `new` are not inverse everywhere, the old variables of
+    that point tell the `branch`.
     """
 
     relations: Mapping[str, Expr]
     old: Mapping[str, Expr] | None
     new: Mapping[str, Expr] | None
     rate: Expr
+    signs: RootSigns
+    branch: Mapping[str, float] | None = None
 
 
 def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
@@ -324,7 +355,44 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
             hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
         )
     by_new, by_old = (_solved(relations, side, signs) for side in (old, new))
-    return Generated(relations, by_new, by_old, derivative(function, TIME))
+    branch = None
+    if by_new is not None and by_old is not None:
+        by_old = _on_whole_circle(by_old, by_new, signs)
+        branch = None if leads_back(by_old, by_new) else {name: signs.point[name] for name in old.names}
+    return Generated(relations, by_new, by_old, derivative(function, TIME), signs, branch)
+
+
+def _on_whole_circle(new: dict[str, Expr], old: Mapping[str, Expr], signs: RootSigns) -> dict[str, Expr]:
+    """The new variables with atan2(y, x) for atan(y/x), if that leads back to the old ones everywhere."""
+
+    def turned(atom: Atom) -> Expr | None:
+        if not (isinstance(atom, Applied) and atom.function == "atan"):
+            return None
+        powers = factors(atom.arguments[0])
+        y, x = (product(f ** abs(n) for f, n in powers if n * side > 0) for side in (1, -1))
+        return apply("atan2", -y, -x) if signs.value(x) < 0 else apply("atan2", y, x)
+
+    # On half a circle r = x sqrt(1 + y^2/x^2), and sqrt(x^2 + y^2) on all of it.
+    free = {name: symbol(name) for name in old}
+    positive = {name: symbol(name, positive=True) for name in old if signs.point[name] > 0}
+    for half in (positive, {}):
+        with suppress(ExpressionError, ComputationError):
+            short = {name: in_lowest_terms(substitute(e, half)) for name, e in new.items()}
+            whole = {name: mapped(substitute(e, free), turned) for name, e in short.items()}
+            if leads_back(whole, old):
+                return whole
+    return new
+
+
+def leads_back(new: Mapping[str, Expr], old: Mapping[str, Expr]) -> bool:
+    """Whether old(new(z)) is z at random points z, of any sign."""
+    names = {name for e in (*new.values(), *old.values()) for name in e.names}.difference(new)
+    for point in sample_points(sorted(names.union(old)), {}, signed=old):
+        here = RootSigns(point)
+        there = RootSigns({**point, **{name: here.value(e) for name, e in new.items()}})
+        if any(abs(there.value(e) - point[name]) > NEAR * (1 + abs(point[name])) for name, e in old.items()):
+            return False
+    return True
 
 
 def _solved(relations: Mapping[str, Expr], side: Phase, signs: RootSigns) -> dict[str, Expr] | None:

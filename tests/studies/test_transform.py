@@ -167,6 +167,16 @@ SIGNS = {"F1": (1, -1), "F2": (1, 1), "F3": (-1, -1), "F4": (-1, 1)}
 """The signs of dF/d(old argument) and dF/d(new argument), from Goldstein's table 9.1."""
 
 
+def generating_text(case: dict[str, Any], kind: str) -> str:
+    """A document with the generating function of a row; all parameters are without values."""
+    coordinates, new = case["coordinates"].split(), case["new"].split()
+    known = {"t", *new, *coordinates, *(f"p_{q}" for q in coordinates)}
+    names = {n for key in ("hamiltonian", kind) for n in read(case[key])[1]} - known
+    system = {"coordinates": coordinates, "hamiltonian": case["hamiltonian"]}
+    transform = {"new_variables": new, kind: case[kind]}
+    return yaml.safe_dump({"parameters": dict.fromkeys(names), "system": system, "transform": transform})
+
+
 @pytest.mark.parametrize("name", GENERATING)
 def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
     case = GENERATING[name]
@@ -174,17 +184,8 @@ def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
     old = [*case["coordinates"].split(), *(f"p_{q}" for q in case["coordinates"].split())]
     new, half = case["new"].split(), len(old) // 2
     names = {n for key in ("hamiltonian", kind, "K") for n in read(case[key])[1]} - {*old, *new, "t"}
-    found = rigidcli.hamilton(
-        rigidcli.loads(
-            yaml.safe_dump(
-                {
-                    "parameters": dict.fromkeys(names),
-                    "system": {"coordinates": old[:half], "hamiltonian": case["hamiltonian"]},
-                    "transform": {"new_variables": new, kind: case[kind]},
-                }
-            )
-        )
-    )["transform"]
+    text = generating_text(case, kind)
+    found = rigidcli.hamilton(rigidcli.loads(text))["transform"]
     assert found["canonical"] is True
     assert all(found[side] for side in case.get("solved", ()))
     side = "old" if found["old"] else "new"
@@ -192,7 +193,7 @@ def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
     change = (case["coordinates"], case["hamiltonian"], side, case["new"], given)
     holds(*change, str(found["hamiltonian"]))
     symbols = sorted({*names, *old, *new, "t"})
-    point = {n: CONTEXT.mpf((41 * i) % 83 + 29) / 67 for i, n in enumerate(symbols)}
+    point = {n: CONTEXT.mpf((41 * i) % 83 + 29) / 67 for i, n in enumerate(symbols)} | case.get("at", {})
     # K itself, with what depends on the time alone; and the relations of the function.
     assert abs(value(read(str(found["hamiltonian"]))[0], point) - value(read(case["K"])[0], point)) < 1e-15
     point |= {n: value(read(text)[0], point) for n, text in given.items()}
@@ -201,3 +202,33 @@ def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
             argument, other = phase[i + half * momenta], phase[i + half * (not momenta)]
             (slope,) = gradient(case[kind], point, [argument])
             assert abs(point[other] - sign * slope) < 1e-15, other
+
+
+def both_ways(point: dict[str, Any], new: Any, old: Any) -> dict[str, Any]:
+    """The old variables at a point, by way of the new ones."""
+    for side in (new, old):
+        point = point | {n: value(read(str(e))[0], point) for n, e in side.items()}
+    return point
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in GENERATING if len(GENERATING[name].get("solved", ())) == 2]
+)
+def test_old_and_new_variables_are_inverse_to_each_other(name: str) -> None:
+    case = GENERATING[name]
+    (kind,) = SIGNS.keys() & case.keys()
+    found = rigidcli.hamilton(rigidcli.loads(generating_text(case, kind)))["transform"]
+    names = [*found["old"], "t", "m", "k", "w"]
+    for seed in range(8):
+        point = {n: CONTEXT.mpf((37 * i + 61 * seed) % 89 + 31) / 71 for i, n in enumerate(names)}
+        point |= {n: -point[n] for i, n in enumerate(found["old"]) if seed >> i & 1}
+        there = both_ways(point, found["new"], found["old"])
+        assert all(abs(there[n] - point[n]) < 1e-15 for n in found["old"])
+
+
+def test_an_inverse_on_one_branch_is_told() -> None:
+    # x = sqrt(Q) is the inverse of Q = x^2 where x > 0.
+    case = {"coordinates": "x", "hamiltonian": "p_x**2/2", "new": "Q P", "F2": "P*x**2"}
+    text = generating_text(case, "F2")
+    (note,) = rigidcli.hamilton(rigidcli.loads(text)).notes
+    assert "on one branch alone, as near x = " in note

@@ -105,7 +105,10 @@ class TransformedSystem(NamedTuple):
                 "the relations of the generating function are not solved for the old variables or the new "
                 "ones: the change stays implicit, and so does K = H + dF/dt"
             )
-        elif not self.wrong and self.hamiltonian is None:
+        elif self.generated is not None and self.generated.branch is not None:
+            near = ", ".join(f"{name} = {value:.2g}" for name, value in self.generated.branch.items())
+            yield f"the old and the new variables lead back to each other on one branch alone, as near {near}"
+        if self.values and not self.wrong and self.hamiltonian is None:
             yield (
                 "H in the new variables is not found: H has not one form, or the old variables do not follow "
                 "from the new ones by equations that are solved one by one"
@@ -200,7 +203,7 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
     conjugate = [*zip(own.coordinates, own.momenta, strict=True)]
     expected = {pair: ONE if pair in conjugate else ZERO for pair in brackets}
     free = {pair: e - expected[pair] for pair, e in brackets.items()}
-    rate = None if generated is None else generated.rate
+    rate, signs = (None, None) if generated is None else (generated.rate, generated.signs)
     new_h, negative = None, {name for name, value in known.items() if sign(value) != 1}
     # For all values of the parameters, or else for the given ones.
     for given_values in ({}, known) if known else ({},):
@@ -212,7 +215,7 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
             timed = None if rate is None else substitute(rate, given_values)
             with suppress(ComputationError, ExpressionError):
                 h = substitute(hamiltonian, given_values)
-                new_h = canonical.new_hamiltonian(h, there, old, new, timed)
+                new_h = canonical.new_hamiltonian(h, there, old, new, timed, signs)
         if new_h is not None and negative.isdisjoint(new_h.positive):
             break
         new_h = None
@@ -221,7 +224,9 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
     if moved and new_h is not None and derivation.is_forced and derivation.rates:
         added = added_by_forces(derivation.forces_of(derivation.rates), new_h.old, old, new)
         moved = tuple(rate + force for rate, force in zip(moved, added, strict=True))
-    wrong = [] if needed is not None else [pair for pair, miss in misses.items() if not is_zero(miss)]
+    # A change that follows from a function is canonical, however its brackets are written.
+    is_canonical = needed is not None or generated is not None
+    wrong = [] if is_canonical else [pair for pair, miss in misses.items() if not is_zero(miss)]
     return TransformedSystem(
         transform,
         new.names,
