@@ -150,3 +150,19 @@ def test_resonance_of_two_coordinates_in_letters_has_its_matrix() -> None:
     assert found["response"][0]["amplitude"] == {"x": None, "y": None}
     assert str(found["response"][0]["matrix"]["re"]) == "[[k, -k], [-k, k]]"
     assert "not written in letters" in " ".join(found.notes)
+
+
+def test_the_peak_of_a_force_in_both_phases() -> None:
+    system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}
+    parameters = {"m": 1, "k": 4, "c": 1, "w": 3, "a": 0.1}
+    forces = {"x": "3*cos(w*t) + 4*sin(w*t) - c*xdot"}
+    (one,) = run({"system": system | {"forces": forces}, "parameters": parameters})["response"]
+    assert one["peak"]["amplitude"] == pytest.approx(5 / math.sqrt(4 - 1 / 4), rel=1e-13)
+    # The force of a base depends on its rate.
+    base = {"x": "k*a*cos(w*t) - c*a*w*sin(w*t) - c*xdot"}
+    assert run({"system": system | {"forces": base}, "parameters": parameters})["response"][0]["peak"] is None
+
+
+def test_a_force_that_fades_has_no_response_and_says_so() -> None:
+    (note,) = run({"system": {"coordinates": ["x"], "lagrangian": "xdot**2/2 - x**2/2 + x*exp(-t)"}}).notes
+    assert "no sum of sines and cosines" in note

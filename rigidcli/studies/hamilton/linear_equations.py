@@ -6,6 +6,7 @@ A system that is driven by forces f cos(w t + a) or f sin(w t + a) has a steady 
 
 So a coordinate swings with the amplitude |X_i|, and lags behind the force by the phase -arg X_i. Where i w is
 a rate of the free motion, as that of an oscillator without damping, the response grows as t sin(w t) instead.
+Forces of one rate are added up, as f cos(w t) + g sin(w t) = Re((f - i g) exp(i w t)).
 Source: J. R. Taylor, Classical Mechanics, sections 5.5 and 5.6.
 """
 
@@ -20,10 +21,11 @@ from numpy.typing import NDArray
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import inequality, sign, sqrt
-from rigidcli.algebra.atoms import Applied
+from rigidcli.algebra.atoms import Applied, Atom
+from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, factored, gathered, total
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, expr, factored, gathered, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
@@ -40,6 +42,8 @@ from rigidcli.studies.common import celled
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values, row_of, step
 
+# The largest power of a sine or cosine that is written as a sum of them.
+MOST_POWER = 6
 # The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3
 # A rate of the free motion this near to that of the force, in units of it, is the same.
@@ -140,11 +144,15 @@ Quantity: TypeAlias = Expr | float | None
 
 
 class DrivingForce(NamedTuple):
-    """Forces f (n) times a `function`: cos or sin of w t + a, or 1 for constant forces, where w = 0."""
+    """Forces f (n) times a `function`, and g (n) `behind` it, times that a quarter turn later.
+
+    The function is cos or sin of w t + a, or 1 for constant forces, where w = 0.
+    """
 
     function: Expr
     rate: Expr
     amplitudes: list[Expr]
+    behind: list[Expr]
 
 
 class CoordinateResponse(NamedTuple):
@@ -261,6 +269,7 @@ class Driven(NamedTuple):
                 (one.matrix[0], "K - w^2 M", r"K - \omega^2 M"),
                 (one.matrix[1], "w C", r"\omega C"),
                 (one.force.amplitudes, "f", r"\mathbf{f}"),
+                *([(one.force.behind, "g", r"\mathbf{g}")] if any(one.force.behind) else []),
             )
             shown = [Field("", np.array(part, dtype=object), title, symbol) for part, title, symbol in given]
             for q, swing in one.swings.items():
@@ -280,9 +289,9 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         return None
     motion = LinearMotion.of_matrix(matrix)
     try:
-        forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
-        if forces is None:
+        if motion.is_of_first_order:
             return None
+        forces = _forces(motion, matrix, offset)
         names = derivation.phase.coordinates
         found = [_response(document, names, motion, force) for force in forces if is_driven]
         (m, *_), (c, *_), (k, *_) = (row[0] for row in motion.parts)
@@ -299,30 +308,70 @@ def _numbers(matrix: Matrix, values: Values) -> Floats:
     return np.array([[float(substitute(e, values)) for e in row] for row in matrix])
 
 
-def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce] | None:
-    """The forces f of M q'' + C q' + K q = f; None where one is no sine or cosine of w t + a."""
+def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce]:
+    """The forces f of M q'' + C q' + K q = f, those of one rate together.
+
+    Raises ExpressionError where one is no sum of sines and cosines of w t + a.
+    """
     # With q' = A q + B p + a and p' = D q + E p + b they are f = b + M a' - E M a.
     size = len(offset) // 2
     a, b = offset[:size], offset[size:]
     moved = [total(m * e for m, e in zip(row, a, strict=True)) for row in motion.masses]
-    found: dict[Expr, DrivingForce] = {}
+    waves = list[tuple[int, Expr, Expr]]()  # each is a coefficient times the cosine of an angle at a place
     for place in range(size):
         lost = total(e * p for e, p in zip(matrix[size + place][size:], moved, strict=True))
         for monomial, factor in expand(b[place] + derivative(moved[place], TIME) - lost).terms.items():
-            timed = [(atom, power) for atom, power in monomial if TIME in atom.names]
-            function, rate = ONE, ZERO
-            if timed:
-                atom, power = timed[0]
-                if len(timed) > 1 or power != 1 or not isinstance(atom, Applied):
-                    return None
-                function, rate = atomic(atom), derivative(atom.arguments[0], TIME)
-                if atom.function not in ("sin", "cos") or TIME in rate.names:
-                    return None
-            force = found.setdefault(function, DrivingForce(function, rate, [ZERO] * size))
-            kept = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
-            force.amplitudes[place] += Expr({kept: factor})
+            still = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
+            angles = _cosines([(atom, power) for atom, power in monomial if TIME in atom.names])
+            waves += [(place, angle, c * Expr({still: factor})) for angle, c in angles.items()]
+    alike: dict[Expr, list[tuple[int, Expr, Expr]]] = {}
+    for wave in waves:
+        rate = tidy(derivative(wave[1], TIME))
+        same = next((w for w in alike if is_zero(w - rate) or is_zero(w + rate)), rate)
+        alike.setdefault(same, []).append(wave)
     # Constant forces come last.
-    return sorted(found.values(), key=lambda force: force.function == ONE)
+    return [_together(size, alike[rate]) for rate in sorted(alike, key=lambda rate: rate.is_zero)]
+
+
+def _cosines(factors: Sequence[tuple[Atom, Rational]]) -> dict[Expr, Expr]:
+    """A product of powers of sines and cosines as a sum of cosines: the coefficients by the angles."""
+    parts = {ZERO: ONE}
+    for atom, power in factors:
+        angle = _angle(atom) if isinstance(atom, Applied) and atom.function in ("sin", "cos") else None
+        if angle is None or TIME in derivative(angle, TIME).names or power not in range(1, MOST_POWER + 1):
+            raise ExpressionError("a force is no sum of sines and cosines of w t + a")
+        for _ in range(int(power)):
+            halves: dict[Expr, Expr] = {}
+            for other, c in parts.items():  # 2 cos a cos b = cos(a + b) + cos(a - b)
+                for both in (other + angle, other - angle):
+                    halves[both] = halves.get(both, ZERO) + c / 2
+            parts = halves
+    return parts
+
+
+def _angle(wave: Applied[Expr]) -> Expr:
+    """The angle whose cosine a sine or cosine is."""
+    angle = expr(wave.arguments[0])
+    return angle - PI / 2 if wave.function == "sin" else angle
+
+
+def _together(size: int, waves: Sequence[tuple[int, Expr, Expr]]) -> DrivingForce:
+    """The force that waves of one rate are together, each a coefficient times the cosine of an angle."""
+    atoms = (atom for _, angle, _ in waves for atom in apply("cos", angle).atoms)
+    timed = [atom for atom in atoms if isinstance(atom, Applied) and TIME in atom.names]
+    function, start = ONE, ZERO
+    if timed:
+        first = min(timed, key=lambda wave: (wave.function != "cos", wave.key))
+        function, start = atomic(first), _angle(first)
+    along, behind = [ZERO] * size, [ZERO] * size
+    for place, angle, c in waves:
+        # cos(u + d) = cos d cos u - sin d sin u
+        ahead, turned = tidy(angle - start), tidy(-angle - start)
+        d = turned if TIME in ahead.names else ahead
+        along[place] += c * apply("cos", d)
+        behind[place] -= c * apply("sin", d)
+    rate = tidy(derivative(start, TIME))
+    return DrivingForce(function, rate, list(map(tidy, along)), list(map(tidy, behind)))
 
 
 def _value(document: Document, e: Expr | None) -> Quantity:
@@ -340,7 +389,7 @@ def _response(
     w, known = force.rate, known_values(document)
     real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
     imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
-    entries, rate = (*motion.entries, w, *force.amplitudes), _value(document, w)
+    entries, rate = (*motion.entries, w, *force.amplitudes, *force.behind), _value(document, w)
     if not document.exact_results and all(e.names <= known.keys() for e in entries):
         swings = list(_in_numbers(motion, force, known))
     else:
@@ -360,9 +409,13 @@ def _in_letters(
 ) -> Iterator[tuple[Expr | None, ...]]:
     """The amplitude, phase and growth of each coordinate; nothing where they would fill a page."""
     (f, *others), (a, *_), (b, *_) = force.amplitudes, real[0], imaginary[0]
-    mass = motion.masses[0][0]
+    mass, g = motion.masses[0][0], force.behind[0]
+    size = sqrt(f**2 + g**2) if g else abs(f)
     if not others and is_zero(a) and is_zero(b) and not force.rate.is_zero:
-        yield None, None, tidy(abs(f) / (2 * mass * force.rate))
+        yield None, None, tidy(size / (2 * mass * force.rate))
+    elif not others and g:
+        # (a + i b) X = f - i g
+        yield tidy(size / sqrt(a**2 + b**2)), apply("atan2", tidy(f * b + g * a), tidy(f * a - g * b)), None
     elif not others and not is_zero(b):
         # (a + i b) X = f has |X| = |f|/sqrt(a^2 + b^2) and the phase atan2(b, a). The mass stands before the
         # root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
@@ -372,12 +425,18 @@ def _in_letters(
         # A negative force is half a turn behind.
         yield amplitude, tidy(lag + PI * (1 - apply("sign", f)) / 2), None
     elif len(real) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
-        # X = (K - w^2 M)^-1 f is real, so that phases are 0 or pi.
+        # X = (K - w^2 M)^-1 (f - i g). Where it is real, phases are 0 or pi.
         for row in matrices.inverse(real) or ():
-            answer = tidy(total(e * f for e, f in zip(row, force.amplitudes, strict=True)))
-            size, monomial = factored(answer)
+            answer, late = (
+                tidy(total(e * f for e, f in zip(row, part, strict=True)))
+                for part in (force.amplitudes, force.behind)
+            )
+            if late:
+                yield tidy(sqrt(answer**2 + late**2)), apply("atan2", late, answer), None
+                continue
+            number, monomial = factored(answer)
             # A divisor has the sign of its inverse.
-            side = apply("sign", gathered(size, {atom: max(n, -n) for atom, n in monomial}))
+            side = apply("sign", gathered(number, {atom: max(n, -n) for atom, n in monomial}))
             yield abs(answer), PI * (1 - side) / 2, None
 
 
@@ -386,18 +445,22 @@ def _peak(motion: LinearMotion, force: DrivingForce, known: Values) -> tuple[Exp
     (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
     squared = tidy(k / m) - c**2 / (2 * m**2)
     there, damping = substitute(squared, known), substitute(c, known)
-    # A force whose size depends on its rate, as that of an unbalanced wheel, has another peak.
-    is_fixed = f.names.isdisjoint(force.rate.names) and not force.rate.is_zero
+    # A force whose size depends on its rate, as that of an unbalanced wheel or a base, has another peak. So
+    # it may be with parts that depend on the rate apart, of which a number does not tell.
+    g, own = force.behind[0], force.rate.names
+    is_fixed = own.isdisjoint(f.names | g.names) and not force.rate.is_zero and bool(own or not g)
+    size = sqrt(f**2 + g**2) if g else abs(f)
     if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1) or sign(damping) == -1:
         return None
-    largest = None if is_zero(damping) else abs(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2)))
+    largest = None if is_zero(damping) else size / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2)))
     return apply("sqrt", squared), largest
 
 
-def in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> tuple[Floats, ...]:
-    """M, C, K (n by n each) and f (n) for these values of the parameters."""
+def in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> tuple[NDArray[Any], ...]:
+    """M, C, K (n by n each) and f - i g (n, complex) for these values of the parameters."""
     m, c, k = (_numbers(part, values) for part in motion.parts)
-    return m, c, k, _numbers([force.amplitudes], values)[0]
+    f, g = _numbers([force.amplitudes, force.behind], values)
+    return m, c, k, f - 1j * g
 
 
 def _in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> Iterator[CoordinateResponse]:
@@ -409,11 +472,11 @@ def _in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> It
     rates, vectors = np.linalg.eig(first_order)
     near = np.abs(rates - 1j * w) <= IN_RESONANCE * max(abs(w), EPS * np.abs(rates).max())
     if not near.any():
-        grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f.astype(complex))
+        grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f)
     elif np.linalg.cond(vectors) * EPS > IN_RESONANCE:
         grown, answer = np.full(size, np.nan), np.full(size, np.nan + 0j)
     else:
-        forces = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
+        forces = np.append(np.zeros(size), np.linalg.solve(m, f))
         shares: NDArray[np.complex128] = np.linalg.solve(vectors, forces)
         grown, sizes = np.abs(vectors[:, near] @ shares[near])[:size], np.abs(vectors) @ np.abs(shares)
         grown[grown <= IN_RESONANCE * sizes[:size]] = 0.0  # no force acts on the modes that have its rate

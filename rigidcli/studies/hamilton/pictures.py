@@ -155,7 +155,7 @@ def resonance(findings: Findings) -> Picture:
     if found is None or not found.responses or found.responses[0].force.rate.is_zero:
         raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
     force, document = found.responses[0].force, findings.document
-    own, *_ = _numbers(document, [force.rate, *force.amplitudes, *found.motion.entries])
+    own, *_ = _numbers(document, [force.rate, *force.amplitudes, *force.behind, *found.motion.entries])
     m, c, k, f = in_numbers(found.motion, force, known_values(document))
     if not np.linalg.eigvalsh(c + c.T).min() > 0:
         raise UsageError("it is drawn for systems with damping")
