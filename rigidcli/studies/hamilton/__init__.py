@@ -340,15 +340,13 @@ def _routhian(findings: Findings) -> list[Field]:
 
 def _invariants(findings: Findings) -> list[Field]:
     """Show further conserved quantities by their names; others share one title, at the first of them."""
-    found = findings.derivation.invariants
-    fields = [Field("invariants", None if found is None else list(found))]
+    found = findings.derivation.named_invariants
+    fields = [Field("invariants", None if found is None else [e for e, _ in found])]
     if not found:
         return fields
-    from rigidcli.studies.hamilton.observables import names_of
-
-    names, title = names_of(found, findings.derivation), row_of("invariants", None).title
-    fields.append(Field("invariant_names", names))
-    for name, e in zip(names, found, strict=True):
+    title = row_of("invariants", None).title
+    fields.append(Field("invariant_names", [name for _, name in found]))
+    for e, name in found:
         words = f"{name}, conserved" if name else title
         fields.append(row_of("invariants", e, key="", title=words))
         title = title if name else " "

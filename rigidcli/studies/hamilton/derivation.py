@@ -235,16 +235,23 @@ class Derivation:
             work = substitute(work, self.definitions)
         return derivative(self.generator, TIME) + work
 
-    @cached_property
+    @property
     def invariants(self) -> tuple[Expr, ...] | None:
         """What is conserved besides H and momenta of cyclic coordinates; None if nothing is looked for."""
+        return None if self.named_invariants is None else tuple(e for e, _ in self.named_invariants)
+
+    @cached_property
+    def named_invariants(self) -> tuple[tuple[Expr, str | None], ...] | None:
+        """The invariants with the names of those that have one."""
         if self.is_forced or self.hamiltonian is None or not self.is_short:
             return None
         if len(self.phase.coordinates) == 1 or self.jumps:
             return ()
         from rigidcli.mechanics.invariants import conserved_quantities
+        from rigidcli.studies.hamilton.observables import with_names
 
-        return conserved_quantities(self.hamiltonian, self.phase, [symbol(f"p_{q}") for q in self.cyclic])
+        found = conserved_quantities(self.hamiltonian, self.phase, [symbol(f"p_{q}") for q in self.cyclic])
+        return with_names(found, self)
 
     @property
     def conserved(self) -> list[str]:

@@ -247,8 +247,11 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     return None
 
 
-def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
-    """The names of conserved quantities, found by their values at some points; None for one that has none."""
+def with_names(invariants: Sequence[Expr], derivation: Derivation) -> tuple[tuple[Expr, str | None], ...]:
+    """Conserved quantities with the names that their values at some points tell; None for one without.
+
+    Those with a name have its sign: that of L = r x p, and of A = p x L - m k r/r.
+    """
     moving, paths = [*derivation.phase.names, TIME], list(_paths(derivation))
     known = dict(_named_quantities(paths))
     letters = {name for e in invariants for name in e.names}.difference(moving)
@@ -256,16 +259,19 @@ def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | N
     functions = [*invariants, *(e for parts in known.values() for e in parts)]
     rows = sampled(functions, fixed, COMPARED_POINTS, moving)
     if rows is None:
-        return [None] * len(invariants)
+        return tuple((e, None) for e in invariants)
     values = dict(zip(functions, rows.T, strict=True))
 
-    def is_made_of(e: Expr, parts: Sequence[Expr]) -> bool:
-        """Whether a function is a sum of others with constant factors."""
-        columns, value = np.column_stack([values[part] for part in parts]), values[e]
-        left = columns @ np.linalg.lstsq(columns, value, rcond=None)[0] - value
-        return bool(np.abs(left).max() <= SAME_RATIO * np.abs(value).max())
+    def with_name(e: Expr) -> tuple[Expr, str | None]:
+        """The function with the name of others of which it is a sum with constant factors."""
+        for name, parts in known.items():
+            columns, value = np.column_stack([values[part] for part in parts]), values[e]
+            factors = np.linalg.lstsq(columns, value, rcond=None)[0]
+            if np.abs(columns @ factors - value).max() <= SAME_RATIO * np.abs(value).max():
+                return -e if factors[0] < 0 else e, name
+        return e, None
 
-    return [next((name for name, parts in known.items() if is_made_of(e, parts)), None) for e in invariants]
+    return tuple(map(with_name, invariants))
 
 
 def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:

@@ -89,8 +89,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield step_of_events(asked, orbit)
     if derivation.hamiltonian is None:
         return
-    named = [entry.value for entry in fields if entry.key == "invariant_names"]
-    for name, e in zip(*named, derivation.invariants or (), strict=True):
+    for e, name in derivation.named_invariants or ():
         title = reading(e.tree()) if name is None else f"{name[0].upper()}{name[1:]}"
         h, pairs = derivation.hamiltonian, [*zip(phase.coordinates, phase.momenta, strict=True)]
         first = tidy(total(derivative(e, q) * derivative(h, p) for q, p in pairs))
