@@ -25,12 +25,14 @@ def known(text: Any) -> float:
     return float(eval(str(text), {"__builtins__": {}} | NAMES | quarter))
 
 
-def followed(hamiltonian: str, start: list[Any], duration: float, **parameters: float) -> Report:
+def followed(
+    hamiltonian: str, start: list[Any], duration: float, *later: float, **parameters: float
+) -> Report:
     q, p = map(known, start)
     document = {
         "parameters": parameters,
         "system": {"coordinates": ["x"], "hamiltonian": hamiltonian},
-        "orbit": {"initial": {"x": q, "p_x": p}, "times": [0, duration]},
+        "orbit": {"initial": {"x": q, "p_x": p}, "times": [0, duration, *later]},
     }
     return rigidcli.hamilton(rigidcli.loads(json.dumps(document)))
 
@@ -39,7 +41,8 @@ def followed(hamiltonian: str, start: list[Any], duration: float, **parameters: 
 def test_period_and_action_are_known_and_the_orbit_comes_back(name: str) -> None:
     case = CASES[name]
     period = known(case["period"])
-    found = followed(case["hamiltonian"], case["start"], period, **case.get("parameters", {}))
+    later = [case["followed"] * period] if "followed" in case else []
+    found = followed(case["hamiltonian"], case["start"], period, *later, **case.get("parameters", {}))
     orbit = found["orbit"]
     assert found.notes == ()
     assert orbit["period"] == pytest.approx(period, rel=1e-10)
@@ -75,3 +78,10 @@ def test_near_a_separatrix_the_digits_are_told() -> None:
     (note,) = found.notes
     assert "near the separatrix" in note
     assert found["orbit"]["period"] == pytest.approx(float(4 * mpmath.ellipk(k**2)), rel=1e-6)
+
+
+def test_a_period_that_an_orbit_is_too_short_to_show_is_noted() -> None:
+    found = followed("p_x**2/2 + p_x**4/4 + x**2/2", [1, 0], 2)
+    assert "period" not in found["orbit"]
+    (note,) = found.notes
+    assert "does not come back in its duration" in note

@@ -99,7 +99,7 @@ def find(document: Document, progress: Progress, followed: OrbitSolution | None)
         found.derivation = derivation
         found.orbit = followed or solve_orbit(found, progress)
         if derivation.moves_alone:
-            found.libration = period(derivation, found.initial, found.orbit.samples)
+            found.libration = period(derivation, found.initial, found.orbit)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
@@ -456,6 +456,10 @@ def notes_on(findings: Findings) -> list[str]:
     if orbit is not None:
         notes += ["the orbit is followed in floating-point numbers"] * findings.document.exact_results
         notes += orbit.remarks
+    if orbit is not None and findings.libration is None and derivation.moves_alone:
+        from rigidcli.studies.hamilton.orbit import why_no_period
+
+        notes += why_no_period(derivation, orbit)
     if findings.libration is not None and findings.libration.error > 1e-9:
         digits = int(-math.log10(findings.libration.error))
         notes.append(f"near the separatrix the period and the action have {digits} digits")

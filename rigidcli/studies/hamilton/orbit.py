@@ -20,7 +20,7 @@ from rigidcli.core import integrate, memory, stiff
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.events import Events, events
 from rigidcli.core.kicks import foreseen
-from rigidcli.core.libration import Libration, libration
+from rigidcli.core.libration import CONVERGED, MOST_NODES, Libration, libration
 from rigidcli.core.second_run import compared, rounding
 from rigidcli.core.solution import Solution, Stopped, columns, digits
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -63,6 +63,8 @@ TOUCHING = 1e-10
 BEFORE_STOP = 1e-6
 # The orbit may pass a turning point by this share of their distance, or it does not turn there.
 BEYOND_TURNING = 1e-6
+# The nodes of the first sum for an action; then there are twice as many, and so on.
+FEWEST_NODES = 128
 
 
 class OrbitSolution(NamedTuple):
@@ -73,7 +75,8 @@ class OrbitSolution(NamedTuple):
     orbit; `scales` are the largest sums of the sizes of the terms of what is sampled.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     The `end` is the time at which an orbit with `until` ends, and why; `remarks` are notes for people.
-    `at` gives samples at other times, and `knots` are the ends of the steps: None for one of many orbits.
+    `at` gives samples at other times, `knots` are the ends of the steps, and `solution` has its states at any
+    time: None for one of many orbits.
     """
 
     samples: Samples
@@ -89,6 +92,7 @@ class OrbitSolution(NamedTuple):
     is_section: bool = False
     at: Callable[[Floats], Samples] | None = None
     knots: Floats | None = None
+    solution: Solution | None = None
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -155,6 +159,7 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         is_section=chosen is not None,
         at=at,
         knots=solution.knots,
+        solution=solution,
     )
 
 
@@ -445,21 +450,16 @@ def _said(title: str, words: str) -> Field:
 # --- motion to and fro
 
 
-def period(derivation: Derivation, initial: InitialState, samples: Samples) -> Libration | None:
-    """The motion to and fro of the only coordinate that is not cyclic, if the `samples` show one.
+def period(derivation: Derivation, initial: InitialState, orbit: OrbitSolution) -> Libration | None:
+    """The motion to and fro of the only coordinate that is not cyclic, if the `orbit` shows one.
 
     The momenta of cyclic coordinates are constant, so that the other coordinate moves by itself: in a central
     field, r from one apsis to the other and back (L. Landau, E. Lifshitz, Mechanics, section 14).
     """
-    phase = derivation.phase
-    (place,) = (k for k, q in enumerate(phase.coordinates) if q not in derivation.cyclic)
-    polynomial = None
-    with suppress(ExpressionError):
-        if derivation.hamiltonian is not None:
-            polynomial = coefficients(derivation.hamiltonian, [phase.momenta[place]])
-    if not has_degrees(polynomial, 0, 1, 2) or (2,) not in polynomial:
-        return None  # H is not quadratic in p
-    parts = [coefficient(polynomial, 1, *[0] * k) for k in (2, 1, 0)]
+    phase, place = derivation.phase, place_alone(derivation)
+    parts = quadratic_parts(derivation)
+    if parts is None:
+        return _read_off(derivation, initial, orbit)
     # The momenta of the cyclic coordinates stay what they are at the start.
     constants = dict(zip(phase.momenta, map(float, initial.p), strict=True))
     q, p = float(initial.q[place]), constants.pop(phase.momenta[place])
@@ -471,7 +471,7 @@ def period(derivation: Derivation, initial: InitialState, samples: Samples) -> L
         a, b, c = values(np.zeros(len(places)), places)
         return b**2 - 4 * a * (c - energy), a, b**2 + 4 * np.abs(a) * (np.abs(c) + abs(energy))
 
-    path = samples.values[f"q.{phase.coordinates[place]}"]
+    path = orbit.samples.values[f"q.{phase.coordinates[place]}"]
     spread = float(np.ptp(path))
     found = libration(function, q, max(spread, abs(q) / 100) / 8 or 1.0)
     if found is None:
@@ -479,3 +479,72 @@ def period(derivation: Derivation, initial: InitialState, samples: Samples) -> L
     first, last = found.turning_points
     slack = BEYOND_TURNING * (last - first)
     return found if first - slack <= path.min() and path.max() <= last + slack else None
+
+
+def place_alone(derivation: Derivation) -> int:
+    """The place of the only coordinate that is not cyclic."""
+    (place,) = (k for k, q in enumerate(derivation.phase.coordinates) if q not in derivation.cyclic)
+    return place
+
+
+def quadratic_parts(derivation: Derivation) -> list[Expr] | None:
+    """a, b, c of H = a p^2 + b p + c for the coordinate that moves alone; None where H is something else."""
+    polynomial = None
+    with suppress(ExpressionError):
+        if derivation.hamiltonian is not None:
+            polynomial = coefficients(
+                derivation.hamiltonian, [derivation.phase.momenta[place_alone(derivation)]]
+            )
+    if not has_degrees(polynomial, 0, 1, 2) or (2,) not in polynomial:
+        return None
+    return [coefficient(polynomial, 1, *[0] * k) for k in (2, 1, 0)]
+
+
+def _read_off(derivation: Derivation, initial: InitialState, orbit: OrbitSolution) -> Libration | None:
+    """The motion to and fro of any H, from the orbit itself: from one turning point until it is there again.
+
+    None where the orbit ends before. The action is a sum over equal steps of the time, which converges
+    geometrically as what is added up comes back.
+    """
+    solution = orbit.solution
+    if solution is None or derivation.equations is None:
+        return None
+    place, phase = place_alone(derivation), derivation.phase
+    motion = equations_of_motion(derivation, tuple(initial.parameters.items()))
+    position, momentum = symbol(phase.coordinates[place]), symbol(phase.momenta[place])
+    look = motion.function([position, momentum, derivation.equations[place]])
+
+    def at(times: Floats) -> Floats:
+        """q, p and the rate of q (3 by k)."""
+        return look(times, solution.at(times))
+
+    sizes = np.abs(at(solution.knots)).max(axis=1)
+    is_at_rest = abs(at(np.zeros(1))[2, 0]) <= TOUCHING * sizes[2]  # such a start is no pass through zero
+    passes = events(lambda times, states: look(times, states)[2], solution, TOUCHING).times
+    turns = np.append(np.zeros(int(is_at_rest)), passes)
+    if not len(turns):
+        return None
+    there = at(turns)[:2]
+    is_back = (np.abs(there - there[:, :1]) <= BEYOND_TURNING * sizes[:2, None]).all(axis=0)
+    later = np.flatnonzero(is_back)[1:]
+    if not len(later):
+        return None
+    span, nodes, action, change = float(turns[later[0]] - turns[0]), FEWEST_NODES, math.inf, math.inf
+    while change > CONVERGED and nodes <= MOST_NODES:
+        _, p, rate = at(turns[0] + span * np.arange(nodes) / nodes)
+        before, action = action, abs(span * float((p * rate).mean()))
+        change, nodes = abs(before / action - 1), 2 * nodes
+    ends = there[0, : later[0] + 1]
+    return Libration((float(ends.min()), float(ends.max())), span, action, change)
+
+
+def why_no_period(derivation: Derivation, orbit: OrbitSolution) -> list[str]:
+    """A note where H is not quadratic in p, and the orbit does not show its period."""
+    if quadratic_parts(derivation) is not None:
+        return []
+    why = "the orbit does not come back in its duration"
+    if derivation.equations is None:
+        why = "H is not written"
+    elif orbit.solution is None:
+        why = "orbits that are followed together do not show it"
+    return [f"no period is told: H is not quadratic in the momentum, and {why}"]
