@@ -42,7 +42,7 @@ MOST_LINES = {
     "mechanics": 2922,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2803,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 8119,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 8133,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -220,8 +220,10 @@ def _conservation(derivation: Derivation) -> list[Field]:
     natural = f"{yes_or_no(system.natural, 'not known')}: {system.reason}"
     # That L alone does not tell T from V, or that H is T + V, stands in other rows.
     repeats = system.natural is None or (system.natural and is_energy)
+    changed = [f"p_{q}" for q in cyclic if q not in derivation.conserved_momenta and system.constraints]
+    but = f" in L; forces of constraint change {', '.join(changed)}" if changed else ""
     return [
-        row_of("cyclic", cyclic, words=", ".join(cyclic) or "none", diagnostic=not cyclic),
+        row_of("cyclic", cyclic, words=", ".join(cyclic) + but or "none", diagnostic=not cyclic),
         row_of("conserved", derivation.conserved, words=", ".join(words) or "nothing found"),
         row_of("explicit_time", derivation.explicit_time),
         # Where H does not change, it is among what is conserved.

@@ -144,6 +144,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         )
         message += "time, nor is an equilibrium looked for"
         hint = "choose coordinates that obey the constraints, such as an angle"
+        if not all(one.holonomic for one in limits):  # there are none
+            hint = "follow an `orbit` that starts nearby"
         raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
     try:
         left, momenta, notes = derivation, dict[str, Expr](), tuple[str, ...]()
@@ -176,7 +178,9 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             f"the equations of motion have no value there: {error.message}", EQUILIBRIUM_KEY
         ) from error
     if any(TIME in e.names for e in motion.entries):
-        raise ComputationError("the equations of motion near the equilibrium change with time")
+        raise ComputationError(
+            "the equilibrium has no modes: the equations of motion near it change with time"
+        )
     rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
     free = dict.fromkeys((one.name for one in limits), ZERO)
     is_free = all(substitute(force, free).is_zero for force in derivation.system.forces)
@@ -186,6 +190,12 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             raise ZeroDivisionError
         roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
         roots = [root.along(basis) for root in roots] if roots and limits else roots
+        back = {v: -symbol(v) for v in derivation.velocity_names}
+        is_reversible = all(is_zero(substitute(f, back) - f) for f in derivation.system.forces)
+        if roots and derivation.energy_changes and derivation.linear is None and not is_reversible:
+            # What neither grows nor decays may do so by terms beyond the linear ones.
+            is_open = [bool(root.is_stable and not root.growth) for root in roots]
+            roots = [r._replace(is_stable=None) if o else r for r, o in zip(roots, is_open, strict=True)]
     except ZeroDivisionError:
         raise ComputationError(
             "dL/dv cannot be solved for v at the equilibrium: the mass matrix is singular there",
@@ -220,9 +230,6 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[st
             raise ComputationError("the momenta of the system at rest do not follow from H")
         momenta = known
         forces = [tidy(substitute(e, momenta)) for e in equations[size:]]
-    if any(not is_zero(derivative(force, TIME)) for force in forces):
-        message = "forces on the system at rest change with time: there is no equilibrium"
-        raise document.refusal(message, EQUILIBRIUM_KEY)
     return dict(zip(phase.coordinates, forces, strict=True)), momenta
 
 
@@ -243,7 +250,8 @@ def _given_place(document: Document, equilibrium: Equilibrium, forces: Named) ->
             notes = tuple(f"it is an equilibrium where the force {force} vanishes" for force in left.values())
             factors = (atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms)
             return EquilibriumPlace(place, known, notes, tuple(a for a in factors if atomic(a).unknown))
-    cannot_be_found = document.symbols or (document.system and document.system.constraints)
+    is_timed = any(TIME in force.names for force in left.values())
+    cannot_be_found = document.symbols or is_timed or (document.system and document.system.constraints)
     hint = None if cannot_be_found else "look for one near these values: `equilibrium: {find: {...}}`"
     raise document.refusal(f"no equilibrium: at rest there, {_listed(left)}", EQUILIBRIUM_KEY, hint=hint)
 
@@ -262,6 +270,9 @@ def _found_place(document: Document, equilibrium: Equilibrium, forces: Named) ->
 
     require_values(document, "the search for an equilibrium")
     require_formulas(document, forces.values(), "the search for an equilibrium")
+    if any(not is_zero(derivative(force, TIME)) for force in forces.values()):
+        message = "no equilibrium is looked for: forces on the system at rest change with time"
+        raise document.refusal(message, EQUILIBRIUM_KEY)
     names, constants = list(forces), {name: float(value) for name, value in document.values.items()}
     begin = np.array([equilibrium.values[name].evaluate(constants) for name in names])
 
@@ -356,7 +367,8 @@ def _kind(root: Root) -> str:
     if not root.growth and not root.angular:
         return "zero mode"
     if root.is_stable is None:
-        return "depends on the parameters"
+        is_open = root.condition is None
+        return "marginal: small terms decide" if is_open else "depends on the parameters"
     if not root.is_stable:
         return "grows" if root.growth else "grows like a power of t"
     return "decays" if root.growth else "stable"
