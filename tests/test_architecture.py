@@ -33,7 +33,7 @@ from rigidcli.studies.common import RESULTS, WORDS
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5216,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2081,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
+    "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3353,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant

@@ -66,6 +66,14 @@ class Work(NamedTuple):
         with progress(PULSE, is_watched) as show:
             return run(document, **self.options, **known, progress=show)
 
+    def kept_letters(self, document: Document, settings: Sequence[str]) -> tuple[str, ...]:
+        """A note on parameters that are set, and stay letters: formulas keep all where one has no value."""
+        kept = [str(name) for text in settings if (name := split_setting(text)[0][-1]) in document.values]
+        if self.command.name != "hamilton" or not kept or not document.symbols:
+            return ()
+        missing = f"{', '.join(document.symbols)} {'has' if len(document.symbols) == 1 else 'have'} no value"
+        return (f"{', '.join(kept)} {'stays a letter' if len(kept) == 1 else 'stay letters'}: {missing}",)
+
     def answer(self, report: Report, files: Sequence[pathlib.Path]) -> Answer:
         """The answer with a report in its format, and with the picture. Raises RigidError."""
         picture = None
@@ -233,7 +241,9 @@ def _of_document(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iter
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
             return
-        yield work.answer(work.run(document, is_watched), files)
+        report = work.run(document, is_watched)
+        kept = work.kept_letters(document, work.settings)
+        yield work.answer(replace(report, notes=(*report.notes, *kept)), files)
     except (RigidError, MemoryError) as error:
         yield Answer(task.source, failure(error, task.source), files=files)
 
@@ -267,7 +277,8 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
                 Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
                 for name, value, unit in sweep.swept(point, document.exact_results)
             )
-            yield work.answer(replace(report, swept=tuple(fields)), files)
+            kept = work.kept_letters(document, [*work.settings, *sweep.settings(point)])
+            yield work.answer(replace(report, swept=tuple(fields), notes=(*report.notes, *kept)), files)
         except (RigidError, MemoryError) as error:
             failed = failure(error, task.source)._replace(place=", ".join(sweep.settings(point)))
             yield Answer(task.source, failed, files=files)

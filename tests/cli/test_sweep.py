@@ -231,3 +231,10 @@ def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
     lines = ("".join(begun) + out).splitlines()
     assert {line.count(",") for line in lines} == {lines[0].count(",")}
     assert (begun[-1] + out).endswith("\n")
+
+
+def test_a_parameter_that_stays_a_letter_is_told(program: Program) -> None:
+    document = "{parameters: {k: 1, m: null}, system: {coordinates: [x], lagrangian: m*xdot^2/2 - k*x^2/2}}"
+    for option in (["--sweep", "parameters.k=1,4"], ["--set", "k=4"]):
+        found = program("hamilton", "-", *option, stdin=document)
+        assert "note: k stays a letter: m has no value" in found.err
