@@ -15,6 +15,7 @@ from rigidcli.fields.section import refuse
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
 from rigidcli.language.expression import Expression, parse
+from rigidcli.language.text import reading
 from rigidcli.language.tree import Constant, Name
 from rigidcli.language.words import CONSTANTS, RESERVED
 from rigidcli.suggestions import did_you_mean, nearest
@@ -174,6 +175,9 @@ def read_name(key: object, *, has_time: bool = True) -> str:
         if isinstance(key, str) and (applied := re.match(r"\s*(\w+)\s*\(", key)):
             hint = f"write `{applied[1]}`, without an argument"
         message = f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first"
+        if isinstance(key, str) and root is not None and (call := re.fullmatch(r"([a-z]\w*?)(\d+)", key)):
+            message = f"read {shown(key)}, which is {reading(root)}, expected another name"
+            hint = f"write `{call[1]}_{call[2]}`"
         raise ValueProblem(message, hint=hint)
     return root.name
 
