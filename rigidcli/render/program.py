@@ -146,8 +146,11 @@ class _Source:
         The first two lines hold no text of the document: Python would take `coding: ...` for an encoding.
         """
         mark = self.language.comment
-        first = f"{mark} Equations of motion as a program, written by rigidcli. It is run by"
-        return f"{first}\n{mark}     {self._part('usage')}{mark}\n{self._comment(*self.program.about)}"
+        first, use = "a program, written by rigidcli. It is run by", "usage"
+        if self.program.run is None:
+            first, use = "functions, written by rigidcli. A program of yours has them by", "library"
+        first = f"{mark} Equations of motion as {first}"
+        return f"{first}\n{mark}     {self._part(use)}{mark}\n{self._comment(*self.program.about)}"
 
     def orbit(self, run: Run, **words: str) -> str:
         """The part that follows the orbit from its start and prints it."""

@@ -163,8 +163,15 @@ def test_without_an_orbit_there_are_functions_only(tmp_path: Path) -> None:
     assert names["f"](0.0, [3.0, 2.0]) == [0.5, -6.0]  # type: ignore[operator]
     assert names["H"](0.0, [3.0, 2.0]) == 9.5  # type: ignore[operator]
     assert "no orbit" in source
+    assert "A program of yours has them by" in source
+    assert "python program.py" not in source
     if COMPILER is not None:
         _compile(_written(_result(text), "c"), tmp_path, "-c")
+
+
+def test_a_program_says_that_it_has_no_observables() -> None:
+    text = "system: {coordinates: [x], lagrangian: xdot^2/2}\nobservables: {a: x^2, b: p_x}"
+    assert "# without the observables of the document: a, b\n" in _written(_result(text), "python")
 
 
 FREE = "system: {coordinates: [x], lagrangian: m*xdot^2/2}"

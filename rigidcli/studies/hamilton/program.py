@@ -60,6 +60,8 @@ def program_of(findings: Findings, name: str) -> Program:
     about += [DRIFTS] if system.constraints else []
     forces = zip(phase.coordinates, system.forces, strict=True)
     about += [f"the force on {q} is {force}" for q, force in forces if not force.is_zero]
+    observables = ", ".join(one.name for one in findings.observed.observables) if findings.observed else ""
+    about += [f"without the observables of the document: {observables}"] if observables else []
     run = None
     if initial is not None and findings.orbit is not None:
         motion = equations_of_motion(derivation, tuple(initial.parameters.items()))
