@@ -35,14 +35,14 @@ MOST_LINES = {
     "bodies": 5216,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3357,  # cures for people who know other tools; constraints, observables
+    "document": 3371,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2543,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 2922,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 8135,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 8139,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 
@@ -215,16 +216,23 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
 
 
 def _read_generating(raw: object, info: ValidationInfo) -> Expression:
-    """A generating function of half of the old variables, half of the new ones, and t."""
+    """A generating function of half of the old variables, half of the new ones, and t.
+
+    The new ones may be in pairs, [Q1, P1, Q2, P2], if the function tells so.
+    """
     env, new = environment(info), info.data.get("new_variables")
     if env.names.coordinates is None or new is None:
         return env.symbolic(raw, None, None)
     half, kind = len(new) // 2, str(info.field_name)
     old = env.names.coordinates if kind in ("F1", "F2") else tuple(map(momentum, env.names.coordinates))
-    variables = (*old, *(new[:half] if kind in ("F1", "F3") else new[half:]))
+    orders = ((new[:half], new[half:]), (new[::2], new[1::2]))
+    first, paired = (coordinates if kind in ("F1", "F3") else momenta for coordinates, momenta in orders)
+    variables = (*old, *first)
     try:
         return env.symbolic(raw, None, (*variables, "t"))
     except ValueProblem as problem:
+        with suppress(ValueProblem):
+            return env.symbolic(raw, None, (*old, *paired, "t"))
         if problem.hint is None:
             problem.hint = f"{kind} is a function of {', '.join(variables)} and t"
         raise
@@ -274,6 +282,12 @@ class Transform(Section):
         """The type of the generating function, such as "F1", and the function; None if there is none."""
         functions = ((kind, getattr(self, kind)) for kind in self.GENERATING)
         return next(((kind, function) for kind, function in functions if function is not None), None)
+
+    @property
+    def paired(self) -> Transform:
+        """The same with new variables that are given in pairs, [Q1, P1, Q2, P2]."""
+        names = self.new_variables
+        return self.model_copy(update={"new_variables": (*names[::2], *names[1::2])})
 
     @property
     def coordinates(self) -> tuple[str, ...]:

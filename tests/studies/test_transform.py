@@ -232,3 +232,17 @@ def test_an_inverse_on_one_branch_is_told() -> None:
     text = generating_text(case, "F2")
     (note,) = rigidcli.hamilton(rigidcli.loads(text)).notes
     assert "on one branch alone, as near x = " in note
+
+
+@pytest.mark.parametrize(
+    ("kind", "function"),
+    [("F1", "x**2*cot(Q1)/2 + y**2*cot(Q2)/2"), ("F2", "x*J2 + y*J1"), ("F4", "p_x*J1 + p_y*J2")],
+)
+def test_a_generating_function_tells_new_variables_in_pairs(kind: str, function: str) -> None:
+    case = {"coordinates": "x y", "hamiltonian": "(p_x**2 + p_y**2 + x**2 + y**2)/2", kind: function}
+    texts = [generating_text(case | {"new": new}, kind) for new in ("Q1 J1 Q2 J2", "Q1 Q2 J1 J2")]
+    pairs, halves = (rigidcli.hamilton(rigidcli.loads(text))["transform"] for text in texts)
+    assert str(pairs["hamiltonian"]) == str(halves["hamiltonian"])
+    assert {name: str(e) for name, e in pairs["old"].items()} == {
+        name: str(e) for name, e in halves["old"].items()
+    }

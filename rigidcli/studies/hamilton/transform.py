@@ -175,11 +175,15 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
 
     New variables are in pairs, [Q1, P1, Q2, P2], if only so they are canonical.
     """
-    result, names = _transformed(document, transform, derivation), transform.new_variables
-    if not result.wrong or len(names) <= 2:
+    if transform.generating is not None:
+        kind, function = transform.generating
+        others = transform.momenta if kind in ("F1", "F3") else transform.coordinates
+        if not function.names.isdisjoint(others):
+            transform = transform.paired
+    result = _transformed(document, transform, derivation)
+    if not result.wrong or len(transform.new_variables) <= 2:
         return result
-    paired = transform.model_copy(update={"new_variables": (*names[::2], *names[1::2])})
-    other = _transformed(document, paired, derivation)
+    other = _transformed(document, transform.paired, derivation)
     return result if other.wrong else other
 
 
