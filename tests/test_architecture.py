@@ -32,14 +32,14 @@ from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5216,  # digits that were typed, silences that are told, prisms, files as others write them
+    "bodies": 5239,  # digits that were typed, silences that are told, prisms, meshes that overlap
     "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3371,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2543,  # one reader, with readings; one pattern of decimal numbers for all rooms
-    "mechanics": 2922,  # generating functions and their inverses, conserved quantities by Noether
+    "mechanics": 2922,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 8139,  # constraints, observables, many orbits, periods; the response to driving forces

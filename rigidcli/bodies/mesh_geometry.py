@@ -276,6 +276,22 @@ def normals(triangles: Floats) -> Floats:
     return np.asarray(across / np.where(lengths == 0, 1, lengths))
 
 
+def spread(triangles: Floats, labels: NDArray[np.intp], count: int) -> tuple[NDArray[np.intp], Floats]:
+    """Points (`count`, 3) spread evenly over triangles (k, 3, 3), and the numbers of their triangles.
+
+    Triangles with the same of the `labels` (k) get as many as those with another, each by its area. Within
+    a triangle, the points are those of M. Roberts' sequence R2 (2018), folded into the half of a square.
+    """
+    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    areas = np.linalg.norm(np.cross(a, b), axis=1)
+    of_part = np.bincount(labels, areas)[labels]
+    share = np.cumsum(areas / np.where(of_part == 0, 1, of_part))
+    numbers = np.searchsorted(share, (np.arange(count) + 0.5) / count * share[-1])
+    along = np.outer([0.7548776662466927, 0.5698402909980532], np.arange(1, count + 1)) % 1
+    x, y = np.where(along.sum(axis=0) > 1, 1 - along, along)[:, :, None]
+    return numbers, triangles[numbers, 0] + x * a[numbers] + y * b[numbers]
+
+
 def simplified(corners: Floats, box: Floats, cells: int) -> Floats:
     """Triangles (k, 3, 3) like those of a surface in a `box` (2 by 3), but few enough to be drawn.
 

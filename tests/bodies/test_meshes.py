@@ -32,6 +32,7 @@ FILES = {
 }
 """The box in formats of text."""
 
+CUBE = box((0, 0, 0), (1, 1, 1))
 INNER = box((0.25, 0.25, 0.25), (0.5, 0.5, 0.5))
 CROSSED = np.where((BOX == 0).all(axis=2, keepdims=True), [0.5, 1, 3.5], BOX)  # a corner beyond the face
 APART = box((2, 0, 0), (2.5, 0.5, 0.5))
@@ -285,6 +286,10 @@ def test_what_encloses_no_body_is_refused(triangles: Triangles, reason: str, tmp
             ") is inside 2 times, and counts as often",
         ),
         (np.concatenate([BOX, BOX + 0.5]), 12, ") is inside 2 times, and counts as often"),
+        (np.concatenate([CUBE, CUBE + 0.5]), 2, ") is inside 2 times"),
+        (np.concatenate([CUBE, CUBE + 0.9]), 2, ") is inside 2 times"),
+        (np.concatenate([CUBE, box((0.4, 0.4, -3), (0.6, 0.6, 2))]), 1.2, ") is inside 2 times"),
+        (np.concatenate([10 * CUBE, box((5, 5, 5), (5.01, 5.01, 12))]), 1000, ") is inside 2 times"),
         (CROSSED, np.linalg.det(CROSSED).sum() / 6, "the surface crosses itself: ("),
         (BOX + 1e-6 * np.random.default_rng(1).uniform(-1, 1, BOX.shape), 6, "vertices were nearer than 3.7"),
         (np.concatenate([BOX[:1] + 1e-6, BOX[1:]]), 6, "3 vertices were nearer than 3.7"),
@@ -297,6 +302,15 @@ def test_meshes_as_they_come_are_computed_with_a_note(
     outcome = program("inertia", "-", "-f", "json", stdin=f"body: {{mesh: '{path}', density: 1}}")
     assert json.loads(outcome.out)["mass"] == pytest.approx(mass, rel=1e-5)
     assert note in outcome.err
+
+
+@pytest.mark.parametrize("shift", [(1, 0, 0), (1, 0.5, 0.3), (1, 1, 1), (0.5, 1, 0), (3, 0, 0)])
+def test_cubes_that_touch_or_are_apart_do_not_overlap(
+    shift: tuple[float, float, float], program: Program, tmp_path: Path
+) -> None:
+    path = saved(tmp_path / "a.stl", np.concatenate([CUBE, CUBE + np.array(shift)]) * 0.1)
+    outcome = program("inertia", "-", stdin=f"body: {{mesh: '{path}', scale: 1, density: 1}}")
+    assert (outcome.code, "note" in outcome.err) == (0, False)
 
 
 @pytest.mark.parametrize("gap", [1e-5, 3e-5, 1e-3])
