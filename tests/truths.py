@@ -49,7 +49,10 @@ def expected(value: Any, names: dict[str, float], within: float) -> Any:
 
 
 def require(case: dict[str, Any], program: Program) -> None:
-    """The document of a case, or the files that its command names, come to what is given."""
+    """The document of a case, or the files that its command names, come to what is given.
+
+    Each of the `notes` is told; where these are `[]`, none is.
+    """
     source = ["-"] if "document" in case else []
     outcome = program(*case["run"].split(), "-f", "json", *source, stdin=case.get("document", ""))
     assert outcome.code == 0, outcome.err
@@ -60,3 +63,4 @@ def require(case: dict[str, Any], program: Program) -> None:
         assert at(found, path) == expected(value, names, case.get("within", 1e-12)), path
     for words in case.get("notes", []):
         assert words in outcome.err
+    assert case.get("notes") != [] or not outcome.err
