@@ -32,13 +32,13 @@ from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5239,  # digits that were typed, silences that are told, prisms, meshes that overlap
+    "bodies": 5252,  # digits that were typed, silences that are told, prisms, meshes that overlap
     "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
-    "core": 4675,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4678,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3371,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2543,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "language": 2560,  # one reader, with readings; one pattern of decimal numbers; infinite on the way
     "mechanics": 2922,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -99,8 +99,11 @@ class Stopped(ComputationError):  # noqa: N818 - an outcome, named for what has 
     """The solution ends inside the span, near `time`."""
 
     def __init__(self, name: str, stop: Stop, time: float) -> None:
-        hint = f"take a shorter span, or {SMOOTHER}" if stop is Stop.LOST else None
-        super().__init__(f"{name} {stop} t = {time:.10g}", hint=hint)
+        hints = {
+            Stop.LOST: f"take a shorter span, or {SMOOTHER}",
+            Stop.AT_START: "look for a formula (as of `torque`) that divides by 0 or is beyond 1e308",
+        }
+        super().__init__(f"{name} {stop} t = {time:.10g}", hint=hints.get(stop))
         self.stop = stop
         self.time = time
 

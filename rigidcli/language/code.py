@@ -30,6 +30,7 @@ from rigidcli.language.words import FUNCTIONS, WITH_CORNERS
 # The largest power that is written as products: they are faster, and heyoka has no powers of 0.
 MOST_MULTIPLIED = 16
 DEEPEST = 20  # the most operations that stand inside each other
+GROWING = frozenset(["exp", "sinh", "cosh", "pow"])  # operations that may be too large for a float
 KEPT = 64  # flows that are kept, as the same equations may be followed from many starts
 _VARIABLE = re.compile(r"\bs\d+\b")  # a variable that holds the value of an operation
 # The name of a variable, or a number where it depends on constants alone.
@@ -129,6 +130,7 @@ def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
     operation: Callable[..., Any]
     if module is math:
         operation = math.pow if name == "pow" else FUNCTIONS[name].real
+        operation = _or_infinite(operation, name) if name in GROWING else operation
     elif module.__name__ == "numpy":
         operation = getattr(module, "power" if name == "pow" else FUNCTIONS[name].numpy)
     elif name == "pow":
@@ -139,6 +141,21 @@ def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
     else:
         operation = getattr(module, name)
     return operation
+
+
+def _or_infinite(operation: Callable[..., float], name: str) -> Callable[..., float]:
+    """The operation with the infinite values of IEEE 754, where `math` raises an OverflowError."""
+
+    def extended(*values: float) -> float:
+        try:
+            return operation(*values)
+        except OverflowError:
+            import numpy as np  # which is needed this once
+
+            with np.errstate(over="ignore"):
+                return float(_operation(name, np)(*values))
+
+    return extended
 
 
 class _Writer:

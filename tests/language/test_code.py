@@ -96,6 +96,14 @@ def by_code(node: tree.Node, point: Sequence[float]) -> float | str:
 # --- the same values
 
 
+@pytest.mark.parametrize("growing", ["exp(x)", "cosh(-x)", "sinh(x)", "-sinh(-x)", "10^x", "(-x)^400"])
+def test_what_is_too_large_for_a_float_is_infinite_on_the_way(growing: str) -> None:
+    flow = function([parse(f"1/(1 + {growing})"), parse(f"{growing} - {growing}")], ["x"], {})
+    value, difference = flow(math)(1000.0)
+    assert value == 0
+    assert math.isnan(difference)
+
+
 @many
 @given(WILD, VALUES, VALUES, VALUES)
 def test_code_does_what_evaluation_does(node: tree.Node, t: float, x: float, y: float) -> None:
