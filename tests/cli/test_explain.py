@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from rigidcli.bodies.shapes import SHAPES
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.homework.base import CODES
@@ -53,6 +54,16 @@ def test_an_unknown_name_is_refused_with_a_guess(program: Program, path: str, me
     done = program("explain", path)
     assert (done.code, done.out) == (2, "")
     assert f"nothing is called `{path}`" + (f" (did you mean {meant}?)" if meant else "") in done.err
+
+
+def test_an_option_that_is_recommended_exists(every: list[Entry], program: Program) -> None:
+    said = {words for entry in every for words in re.findall(r"`rigidcli ([^`]+)`", f"{entry}")}
+    recommended = {(words.split()[0], option) for words in said for option in re.findall("--[a-z-]+", words)}
+    kinds = {(words.split()[0], kind) for words in said for kind in re.findall(r"--plot-kind (\w+)", words)}
+    helps = {command: program(command, "--help").out for command, _ in recommended}
+    assert {(command, option) for command, option in recommended if option not in helps[command]} == set()
+    assert {(command, kind) for command, kind in kinds if kind not in COMMANDS[command].pictures} == set()
+    assert ("axes", "ellipsoid") in kinds
 
 
 def test_a_result_that_refers_to_another_says_to_which() -> None:
