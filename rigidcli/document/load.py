@@ -104,10 +104,20 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {first_few(names)}"
         for reason, names in without.items()
     ]
-    masses = [link.body["mass"] for link in robot.links if link.body is not None]
+    masses = [link.body["mass"] for link in robot.links if link.body is not None and _is_real(link.body)]
     if len(masses) > 1:
         notes.append(f"{len(masses)} links have a mass, {float(sum(masses)):.6g} kg in all")
     return Drafts(links, [*robot.notes, *notes], robot.cure)
+
+
+def _is_real(body: Mapping[str, Any]) -> bool:
+    """Whether some body has the mass and the tensor of a link: else it is refused when it is read."""
+    from rigidcli.bodies.composites import KnownTensor
+
+    with suppress(ValidationError, ValueProblem):
+        KnownTensor.model_validate(body, context=Environment()).local(FLOAT)
+        return True
+    return False
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:

@@ -51,6 +51,18 @@ def block(entries: str, rest: str = "", mass: str = "2", origin: str = "") -> st
     return f'<robot name="r"><link name="l">{inertial}{rest}</link></robot>'
 
 
+def test_links_that_are_refused_do_not_count(program: Program, tmp_path: Path) -> None:
+    def link(name: str, mass: int, moment: int) -> str:
+        tensor = f'<inertia ixx="{moment}" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+        return f'<link name="{name}"><inertial><mass value="{mass}"/>{tensor}</inertial></link>'
+
+    links = "".join([link("a", 2, 1), link("b", -7, 1), link("c", 3, 9), link("d", 4, 2)])
+    path = tmp_path / "r.urdf"
+    path.write_text(f'<robot name="r">{links}</robot>')
+    outcome = program("inertia", str(path))
+    assert "note: 2 links have a mass, 6 kg in all" in outcome.err
+
+
 LINKS = yaml.safe_load(Path(__file__).with_name("links.yaml").read_text(encoding="utf-8"))
 
 
