@@ -124,7 +124,9 @@ class KnownTensor(Form):
             + half_unit(mass[0]) * np.abs(tensor.point_tensor(d))
             + mass[0] * (2 * np.trace(across) * np.eye(3) + across + across.T)
         )
-        note = _require_physical(central, n, halves) or self._size_meant(central, n)
+        is_shifted = any(n.sign(component) != 0 for component in offset)
+        less = ", less M d^2 and so about the centre of mass" if is_shifted else ""
+        note = _require_physical(central, n, halves, less) or self._size_meant(central, n)
         if note is not None and note.endswith(POINT):
             central = np.zeros((3, 3))
         return mass_properties.MassProperties(self.mass, com, central), note
@@ -157,12 +159,14 @@ class KnownTensor(Form):
         return given if self.moments is not None else (given + given.T) / 2, halves
 
 
-def _require_physical(central: Any, n: Arithmetic, halves: Floats | float = 0.0) -> str | None:
+def _require_physical(
+    central: Any, n: Arithmetic, halves: Floats | float = 0.0, less: str = ""
+) -> str | None:
     """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
     values = [n.value(entry) for entry in central.flat]
     if None in values:
         return None
-    return tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3), halves)
+    return tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3), halves, less)
 
 
 class RobotLink(Form):

@@ -112,10 +112,11 @@ def is_within_digits(tensor: Floats, halves: Floats) -> bool:
     return all(-value <= within + rounding for value, within in zip(values, reach, strict=True))
 
 
-def require_physical(tensor: Array, halves: Floats | float = 0.0) -> str | None:
+def require_physical(tensor: Array, halves: Floats | float = 0.0, less: str = "") -> str | None:
     """Raise ValueProblem unless some body has this tensor about its centre of mass.
 
     The entries stand for all that are at most `halves` (kg m^2) away; a note says so where that is needed.
+    The message says `less` what the tensor that was given is taken.
     """
     failure = shortfall(tensor)
     if failure is None:
@@ -124,6 +125,6 @@ def require_physical(tensor: Array, halves: Floats | float = 0.0) -> str | None:
     if is_within_digits(tensor, np.broadcast_to(halves, (3, 3))):
         return f"{text} (by {amount:.2g} kg m^2), which is less than the rounding of the digits typed"
     raise ValueProblem(
-        f"no body has this inertia tensor: {text} (by {amount:.3g} kg m^2)",
+        f"no body has this inertia tensor{less}: {text} (by {amount:.3g} kg m^2)",
         hint="no principal moment is negative, or larger than the sum of the other two",
     )
