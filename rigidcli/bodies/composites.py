@@ -26,7 +26,7 @@ from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.shapes import NET_DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar, half_unit
-from rigidcli.errors import Path, ValueProblem, at
+from rigidcli.errors import Path, ValueProblem, at, with_article
 from rigidcli.fields.environment import BoundExpression, Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.section import Alternative, FileName, Section, environment, reference
@@ -413,6 +413,7 @@ def densities_around(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic
     densities, found = [leaf.density(n) for leaf in parts], []
     placed = cache(lambda k: parts[k].in_floats(n))
     for hole in bare:
+        _require_kind(hole, parts)
         alike = [k for k, leaf in enumerate(parts) if leaf.is_like(hole)]
         if not _are_alike([densities[k] for k in alike], n):
             inner, places = hole.in_floats(n), [placed(k) for k in alike]
@@ -432,6 +433,17 @@ def densities_around(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic
     return found
 
 
+def _require_kind(hole: Leaf, parts: Sequence[Leaf]) -> None:
+    """Raise ValueProblem for a flat hole where all parts are solid, or a solid one where all are flat."""
+    if parts and not any(part.is_like(hole) for part in parts):
+        message = "a solid hole takes away a volume, and the body is flat"
+        hint = "give a flat hole, such as a disk"
+        if isinstance(hole.form, Lamina):
+            message = f"{with_article(hole.form.word())} has no volume to take away from a solid"
+            hint = "give a solid hole, such as a cylinder"
+        raise ValueProblem(message, path=hole.path, hint=hint)
+
+
 def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
     is_known = densities and not any(isinstance(density, BoundExpression) for density in densities)
     return bool(is_known) and all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
@@ -446,6 +458,8 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     for leaf in leaves:
         if leaf.sign < 0 and not leaf.fills_space():
             raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
+        if leaf.sign < 0:
+            _require_kind(leaf, [other for other in leaves if other.sign > 0 and other.fills_space()])
     regions = [leaf.in_floats(n) for leaf in leaves if leaf.fills_space()]
     placed = [region for region in regions if region is not None]
     material = [leaf.form for leaf in leaves if leaf.sign > 0]
