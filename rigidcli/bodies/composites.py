@@ -259,7 +259,11 @@ class Composite(Form):
             require_material(list(self.leaves(arithmetic)), arithmetic)
             assert whole.mass is not None
             if arithmetic.sign(whole.mass) in (0, -1):
-                raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")
+                left = arithmetic.value(whole.mass)
+                amount = "" if left is None else f" ({left:.6g} kg)"
+                raise ValueProblem(
+                    f"the holes leave no mass{amount}: they reach outside the body, or are denser than it is"
+                )
             _require_physical(whole.tensor, arithmetic)
         return whole
 
