@@ -33,6 +33,7 @@ BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | d
 )
 """The key under which a document names a body that is a file, by the ending of the file's name."""
 
+VECTORS = ("about", "axis", "com", "omega", "position")  # keys of three components that may be left out
 SWEEP = "--sweep"  # the option under which a key runs over several values
 # Keys joined by points, and the value after the first `=`.
 _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
@@ -93,7 +94,9 @@ def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Pa
         inner = tree.get(step, {})
         if step not in tree and rest and isinstance(rest[0], int):
             whole = ".".join(map(str, (*above, step)))
-            hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
+            hint = f"set one of the keys there: {', '.join(map(str, tree))}" if tree else None
+            if step in VECTORS and len(rest) == 1:
+                hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
             raise ValueProblem(f"there is no list `{whole}`", hint=hint)
     else:
         entries = tree if isinstance(tree, list) else []
