@@ -149,7 +149,6 @@ def _of_text(path: Path) -> Floats:
     if counts.size and counts.min() < 3:
         face = f"face {np.argmin(counts):,} (counted from 0)"
         raise ValueProblem(f"{path}: {face} has {counts.min()} vertices")
-    require_indices(corners, len(vertices), path)
     # Each face becomes a fan of triangles.
     cuts = counts - 2
     start = np.repeat(np.cumsum(counts) - counts, cuts)
@@ -177,7 +176,9 @@ def _obj(data: bytes, path: Path) -> Polygons:
     values, counts = _numbers(faces, path)
     corners = _indices(values, path)
     so_far = np.repeat(np.array(before, dtype=np.intp), counts)
-    return _points(vertices, path), counts, np.where(corners < 0, corners + so_far, corners - 1)
+    numbers = np.where(corners < 0, corners + so_far, corners - 1)
+    _require_vertices(numbers, corners, counts, faces, range(1, 1 + len(vertices)), path)
+    return _points(vertices, path), counts, numbers
 
 
 def _off(data: bytes, path: Path) -> Polygons:
@@ -205,7 +206,9 @@ def _off(data: bytes, path: Path) -> Polygons:
         read = f"read {lengths[wrong] - 1} vertices of a face"
         raise ValueProblem(f"{path}:{rows[wrong][0]}: {read}, expected {counts[wrong]}")
     places = np.repeat(starts + 1 - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
-    return _points(lines[1 : 1 + vertices], path), counts, _indices(values[places], path)
+    numbers = _indices(values[places], path)
+    _require_vertices(numbers, numbers, counts, rows, range(int(vertices)), path)
+    return _points(lines[1 : 1 + vertices], path), counts, numbers
 
 
 def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
@@ -236,6 +239,16 @@ def _points(lines: Sequence[Line], path: Path) -> Floats:
         read = f"read {counts[short]} numbers, expected the 3 of a vertex"
         raise ValueProblem(f"{path}:{lines[short][0]}: {read}")
     return np.asarray(values[(np.cumsum(counts) - counts)[:, None] + np.arange(3)])
+
+
+def _require_vertices(
+    numbers: Numbers, typed: Numbers, counts: Numbers, faces: Sequence[Line], vertices: range, path: Path
+) -> None:
+    """Raise ValueProblem for a vertex of the `faces`, each with `counts` of them, that is not in the file."""
+    for wrong in np.flatnonzero((numbers < 0) | (numbers >= len(vertices)))[:1]:
+        line, _ = faces[int(np.searchsorted(np.cumsum(counts), wrong, side="right"))]
+        expected = f"{vertices[0]} to {vertices[-1]:,}" if vertices else "one that is in the file"
+        raise ValueProblem(f"{path}:{line}: a face has the vertex {typed[wrong]:,}, expected {expected}")
 
 
 def _indices(values: Floats, path: Path) -> Numbers:
