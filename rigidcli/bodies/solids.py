@@ -161,6 +161,10 @@ def require_simple_polygon(vertices: Array, n: Arithmetic) -> None:
     size = np.abs(points - points[0]).max()
     if size == 0:
         raise ValueProblem("the vertices are one point")
+    _, foremost, places = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    earlier = foremost[places.ravel()]
+    for vertex in np.flatnonzero(earlier != np.arange(len(points)))[:1]:
+        raise ValueProblem(f"the vertices {earlier[vertex]} and {vertex} are one point (counted from 0)")
     turn, origin = plane_of(points)
     flat = (points - origin) @ turn / size
     off = np.abs(flat[:, 2]).max()
