@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, ClassVar, NamedTuple, Self, TypeAlias
 
 # What the exit codes of the program mean; of several FILES the worst one is returned.
@@ -213,6 +214,8 @@ def in_yaml(value: object) -> str:
         return f"{{{', '.join(f'{key}: {in_yaml(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(in_yaml, value))}]"
+    if isinstance(value, Decimal):
+        return str(value).replace("E+", "e").replace("E", "e")  # as most people type it
     return "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -32,7 +32,7 @@ from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5301,  # digits that were typed, silences that are told, prisms, meshes that overlap
+    "bodies": 5305,  # digits that were typed, silences that are told, prisms, meshes that overlap
     "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4679,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3384,  # cures for people who know other tools; constraints, observables; real links
@@ -43,7 +43,7 @@ MOST_LINES = {
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 8139,  # constraints, observables, many orbits, periods; the response to driving forces
-    "": 1671,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "": 1674,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
