@@ -70,7 +70,7 @@ class Asked(NamedTuple):
     plot: Annotated[str | None, option("plot", callback=check_path)] = None
     plot_kind: Any = None
     quiet: shared.Quiet = False
-    samples: Annotated[int | None, option("samples")] = None
+    samples: Annotated[str | None, option("samples")] = None
     duration: Annotated[str | None, option("duration")] = None
     tables: Sequence[str] = ()
     swept: "Sweep | None" = None

@@ -183,8 +183,8 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
                 is_rounded |= not isinstance(getattr(end.root, "operand", end.root), Number)
                 number, unit = finite(end.evaluate({})), None
         except ValueProblem as problem:
-            message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
-            raise UsageError(message, hint=problem.hint) from None
+            read = "" if problem.message.startswith("read ") else f"read {shown(text)}, expected a number: "
+            raise UsageError(f"`{name}`: {read}{problem.message}", hint=problem.hint) from None
         numbers.append(Fraction(repr(number)))
         if unit or number:  # zero needs no unit
             units.add(unit.text if unit else "")
