@@ -35,7 +35,7 @@ MOST_LINES = {
     "bodies": 5305,  # digits that were typed, silences that are told, prisms, meshes that overlap
     "cli": 2092,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4679,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3384,  # cures for people who know other tools; constraints, observables; real links
+    "document": 3386,  # cures for people who know other tools; constraints, observables; real links
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2560,  # one reader, with readings; one pattern of decimal numbers; infinite on the way

@@ -370,6 +370,8 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
     never = [place for place, count in failed.items() if count == SETS_OF_TRIAL_VALUES]
     if never and len(used) <= MOST_SYMBOLS:
         raise DocumentError([document.problem(f"for all {names}: {check}", key) for key, check in never])
+    # That some numbers of radians are no angle of a tilt says nothing of the letter.
+    failed = Counter({each: n for each, n in failed.items() if "expected an angle" not in each[1]})
     checks = [f"{key}: {check}".removeprefix(": ") for key, check in failed]
     if len(checks) > 1:
         document.environment.log.note(f"for {names}: {'; '.join(checks)}")

@@ -45,6 +45,13 @@ def test_a_body_for_all_values_is_not_noted(body: str) -> None:
     assert rigidcli.loads(f"{A}{body}").notes == ()
 
 
+def test_the_range_of_an_angle_is_not_noted_of_a_letter() -> None:
+    top = "top: {spin: 10, tilt: a, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01}"
+    assert rigidcli.loads(f"parameters: {{a: null}}\n{top}").notes == ()
+    with pytest.raises(DocumentError, match=r"top\.tilt.*expected an angle from 0 to 180 deg"):
+        rigidcli.loads(f"parameters: {{a: null}}\n{top.replace('tilt: a', 'tilt: 1000 + a')}")
+
+
 def test_symbols_of_a_system_alone_are_not_tried() -> None:
     text = "parameters: {m: null}\nsystem: {coordinates: [x], lagrangian: m*xdot**2/2 - 1/(x - m)}"
     assert rigidcli.loads(text).notes == ()
