@@ -259,6 +259,9 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
             points.append((values, read(draft, settings)))
         except (RigidError, MemoryError) as error:
             points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
+    from rigidcli.studies.common import RESULTS
+
+    of_any_study = {entry.key: entry.unit for results in RESULTS.values() for entry in results}
     orbits: Iterator[OrbitSolution | None] = repeat(None)
     if len(points) > 1 and work.command.name == "hamilton":
         from rigidcli.studies.hamilton.many_orbits import swept
@@ -272,7 +275,7 @@ def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[An
         known: dict[str, Any] = {} if orbit is None else {"followed": orbit}
         try:
             report = work.run(document, **known)
-            units = {entry.key: entry.unit for entry in report.fields}
+            units = of_any_study | {entry.key: entry.unit for entry in report.fields}
             fields = (
                 Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
                 for name, value, unit in sweep.swept(point, document.exact_results)
