@@ -34,7 +34,7 @@ MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5305,  # digits that were typed, silences that are told, prisms, meshes that overlap
     "cli": 2095,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
-    "core": 4679,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4681,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3386,  # cures for people who know other tools; constraints, observables; real links
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8942,  # variants; one rule for whose a hand-in is; a file is what it answers

@@ -60,6 +60,8 @@ def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
             raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
         grid = _grid(max(4096, math.ceil(4 * end / longest)), end)
     places = landmarks(timed, grid)
+    if len(places):  # on either side of a peak that no time of the grid has seen, a value may pass zero
+        places = landmarks(timed, np.sort(np.concatenate([grid, places])))
     if len(places) > MOST_STEPS:
         raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
     return places, longest
