@@ -29,7 +29,8 @@ from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree, typed
 from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
-from rigidcli.language.tokens import UNSIGNED, rewritten, rules
+from rigidcli.language.numerals import UNSIGNED
+from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.words import CALLED, CONSTANTS, RESERVED, Words, said, table
 
 LONGEST_NUMBER = 400  # characters
