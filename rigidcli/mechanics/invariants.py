@@ -23,6 +23,7 @@ from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement, permutations, product
 from random import Random
+from typing import TypeAlias
 
 import numpy as np
 
@@ -36,7 +37,7 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import plain_tree
-from rigidcli.algebra.values import HIGH, LOW, is_zero
+from rigidcli.algebra.values import HIGH, LOW, is_zero, sampled
 from rigidcli.core.arithmetic import Floats, echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
@@ -282,3 +283,62 @@ def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
 
 def _simplest(functions: Iterable[Expr]) -> list[Expr]:
     return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, e.nodes, e.key))
+
+
+# --- names
+
+# The Cartesian coordinates of a particle with their momenta, by the names of the axes.
+CartesianPath: TypeAlias = dict[str, tuple[Expr, Expr]]
+# Points at which functions are compared, and by how much their ratios may differ in units of themselves.
+COMPARED_POINTS, SAME_RATIO = 5, 1e-9
+
+
+def with_names(
+    found: Sequence[Expr], phase: Phase, paths: Sequence[CartesianPath]
+) -> tuple[tuple[Expr, str | None], ...]:
+    """Conserved quantities with the names that their values at some points tell; None for one without.
+
+    `paths` are those of the particles. What has a name has its sign: that of L = r x p, and of
+    A = p x L - m k r/r (H. Goldstein and others, section 3.9).
+    """
+    moving, known = [*phase.names, TIME], dict(_named_quantities(paths))
+    letters = {name for e in found for name in e.names}.difference(moving)
+    fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
+    functions = [*found, *(e for parts in known.values() for e in parts)]
+    rows = sampled(functions, fixed, COMPARED_POINTS, moving)
+    if rows is None:
+        return tuple((e, None) for e in found)
+    values = dict(zip(functions, rows.T, strict=True))
+
+    def with_name(e: Expr) -> tuple[Expr, str | None]:
+        """The function with the name of others of which it is a sum with constant factors."""
+        for name, parts in known.items():
+            columns, value = np.column_stack([values[part] for part in parts]), values[e]
+            factors = np.linalg.lstsq(columns, value, rcond=None)[0]
+            if np.abs(columns @ factors - value).max() <= SAME_RATIO * np.abs(value).max():
+                return -e if factors[0] < 0 else e, name
+        return e, None
+
+    return tuple(map(with_name, found))
+
+
+def _named_quantities(paths: Sequence[CartesianPath]) -> Iterator[tuple[str, list[Expr]]]:
+    """Names of quantities, and functions of which each is a sum with constant factors."""
+    whole = "total " if len(paths) > 1 else ""
+    for axis in "xyz":
+        parts = [one[axis][1] for one in paths if axis in one]
+        if parts:
+            yield f"{whole}momentum along {axis}", [total(parts)]
+    for axis, a, b in (("x", "y", "z"), ("y", "z", "x"), ("z", "x", "y")):
+        turns = [one[a][0] * one[b][1] - one[b][0] * one[a][1] for one in paths if a in one and b in one]
+        if turns:
+            yield f"{whole}angular momentum about {axis}", [total(turns)]
+    if len(paths) != 1 or len(paths[0]) < 2:
+        return
+    # Of a single particle A = p x L - c r/|r|, where p x L = r p^2 - p (r.p).
+    (one,) = paths
+    squared = total(p * p for _, p in one.values())
+    along = total(q * p for q, p in one.values())
+    distance = apply("sqrt", total(q * q for q, _ in one.values()))
+    for axis, (q, p) in one.items():
+        yield f"Runge-Lenz vector along {axis}", [q * squared - p * along, q / distance]

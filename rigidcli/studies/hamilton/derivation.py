@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -35,7 +36,7 @@ from rigidcli.mechanics.lagrange_equations import (
     rank,
 )
 from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
-from rigidcli.mechanics.particles import squares
+from rigidcli.mechanics.particles import squares, velocity
 from rigidcli.mechanics.phase_space import TIME, Phase, equations, is_constant_in, linear, steps
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 
@@ -46,6 +47,8 @@ CHECKED_POINTS = 3
 # The most nodes of H and of the velocities together that are worked with: about ten pages of text.
 MOST_NODES_OF_H = 3_000
 NO_MOMENTA = Momenta((), ())
+# The name of a Cartesian coordinate: its axis, and the number of the particle.
+_CARTESIAN = re.compile(r"([xyz])_?(\d*)")
 # The last system that was derived, and the values of its parameters, by all of its document but these.
 _LAST = dict[str, "tuple[Derivation, Mapping[str, Expr]]"]()
 
@@ -247,11 +250,28 @@ class Derivation:
             return None
         if len(self.phase.coordinates) == 1 or self.jumps:
             return ()
-        from rigidcli.mechanics.invariants import conserved_quantities
-        from rigidcli.studies.hamilton.observables import with_names
+        from rigidcli.mechanics.invariants import conserved_quantities, with_names
 
         found = conserved_quantities(self.hamiltonian, self.phase, [symbol(f"p_{q}") for q in self.cyclic])
-        return with_names(found, self)
+        return with_names(found, self.phase, list(self._cartesian_paths()))
+
+    def _cartesian_paths(self) -> Iterator[dict[str, tuple[Expr, Expr]]]:
+        """The Cartesian coordinates of each particle with their momenta, by the names of the axes."""
+        system, phase = self.system, self.phase
+        if system.particles and self.rates:
+            rates = self.velocity_of
+            for one in system.particles:
+                if one.mass is not None:
+                    moved = [
+                        one.mass * substitute(velocity(path, rates), self.rates) for path in one.position
+                    ]
+                    yield dict(zip("xyz", zip(one.position, moved, strict=True), strict=False))
+            return
+        found: dict[str, dict[str, tuple[Expr, Expr]]] = {}
+        for q, p in zip(phase.coordinates, phase.momenta, strict=True):
+            if (axis := _CARTESIAN.fullmatch(q)) is not None:
+                found.setdefault(axis[2], {})[axis[1]] = symbol(q), symbol(p)
+        yield from found.values()
 
     @property
     def conserved(self) -> list[str]:

@@ -9,8 +9,7 @@ constraints hold.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import combinations, combinations_with_replacement, islice
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,17 +19,15 @@ import numpy as np
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, number, product, symbol, total
-from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute
 from rigidcli.algebra.trees import to_tree
-from rigidcli.algebra.values import is_zero, sample_points, sampled
+from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import ENERGIES
 from rigidcli.errors import ExpressionError
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics.particles import velocity
 from rigidcli.mechanics.phase_space import TIME, bracket
 from rigidcli.report import Field, Step
 from rigidcli.studies.common import celled, if_known, noise
@@ -41,14 +38,12 @@ from rigidcli.studies.hamilton.system import derived_parameters, known_values, s
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
-# Points at which functions are compared, and those on constraints.
-COMPARED_POINTS, CONSTRAINED_POINTS = 5, 3
+# Points on constraints at which functions are compared.
+CONSTRAINED_POINTS = 3
 # Steps of Newton's method that move a random state onto the constraints.
 NEWTON_STEPS = 12
 # Ratios that differ by less, in units of themselves, are the same where only values can tell.
 SAME_RATIO = 1e-9
-# The name of a Cartesian coordinate: its axis, and the number of the particle.
-_CARTESIAN = re.compile(r"([xyz])_?(\d*)")
 
 
 class Observable(NamedTuple):
@@ -245,71 +240,3 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
             if is_zero(value * of_e - there * e):
                 return product([tidy(there / of_e), *map(symbol, names)])
     return None
-
-
-def with_names(invariants: Sequence[Expr], derivation: Derivation) -> tuple[tuple[Expr, str | None], ...]:
-    """Conserved quantities with the names that their values at some points tell; None for one without.
-
-    Those with a name have its sign: that of L = r x p, and of A = p x L - m k r/r.
-    """
-    moving, paths = [*derivation.phase.names, TIME], list(_paths(derivation))
-    known = dict(_named_quantities(paths))
-    letters = {name for e in invariants for name in e.names}.difference(moving)
-    fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
-    functions = [*invariants, *(e for parts in known.values() for e in parts)]
-    rows = sampled(functions, fixed, COMPARED_POINTS, moving)
-    if rows is None:
-        return tuple((e, None) for e in invariants)
-    values = dict(zip(functions, rows.T, strict=True))
-
-    def with_name(e: Expr) -> tuple[Expr, str | None]:
-        """The function with the name of others of which it is a sum with constant factors."""
-        for name, parts in known.items():
-            columns, value = np.column_stack([values[part] for part in parts]), values[e]
-            factors = np.linalg.lstsq(columns, value, rcond=None)[0]
-            if np.abs(columns @ factors - value).max() <= SAME_RATIO * np.abs(value).max():
-                return -e if factors[0] < 0 else e, name
-        return e, None
-
-    return tuple(map(with_name, invariants))
-
-
-def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
-    """The Cartesian coordinates of each particle with their momenta, by the names of the axes."""
-    system, phase = derivation.system, derivation.phase
-    if system.particles and derivation.rates:
-        rates = derivation.velocity_of
-        for one in system.particles:
-            if one.mass is not None:
-                moved = [
-                    one.mass * substitute(velocity(path, rates), derivation.rates) for path in one.position
-                ]
-                yield dict(zip("xyz", zip(one.position, moved, strict=True), strict=False))
-        return
-    found: dict[str, dict[str, tuple[Expr, Expr]]] = {}
-    for q, p in zip(phase.coordinates, phase.momenta, strict=True):
-        if (axis := _CARTESIAN.fullmatch(q)) is not None:
-            found.setdefault(axis[2], {})[axis[1]] = symbol(q), symbol(p)
-    yield from found.values()
-
-
-def _named_quantities(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, list[Expr]]]:
-    """Names of quantities, and functions of which each is a sum with constant factors."""
-    whole = "total " if len(paths) > 1 else ""
-    for axis in "xyz":
-        parts = [one[axis][1] for one in paths if axis in one]
-        if parts:
-            yield f"{whole}momentum along {axis}", [total(parts)]
-    for axis, a, b in (("x", "y", "z"), ("y", "z", "x"), ("z", "x", "y")):
-        turns = [one[a][0] * one[b][1] - one[b][0] * one[a][1] for one in paths if a in one and b in one]
-        if turns:
-            yield f"{whole}angular momentum about {axis}", [total(turns)]
-    if len(paths) != 1 or len(paths[0]) < 2:
-        return
-    # Of a single particle A = p x L - c r/|r|, where p x L = r p^2 - p (r.p).
-    (one,) = paths
-    squared = total(p * p for _, p in one.values())
-    along = total(q * p for q, p in one.values())
-    distance = apply("sqrt", total(q * q for q, _ in one.values()))
-    for axis, (q, p) in one.items():
-        yield f"Runge-Lenz vector along {axis}", [q * squared - p * along, q / distance]
