@@ -42,7 +42,7 @@ MOST_LINES = {
     "mechanics": 2982,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 8086,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 8087,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1674,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -21,7 +21,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.motion import TORQUE_VARIABLES, SpaceTorque
 from rigidcli.errors import Path, RigidError, ValueProblem, at
 from rigidcli.fields.environment import BoundExpression
-from rigidcli.language import code
+from rigidcli.language import code, tree
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of
@@ -56,6 +56,7 @@ def driven_trajectory(
         start,
         (0.0, end),
         blocks=(4, 3),
+        roundings=code.function([tree.rounding(slope) for slope in slopes], rigid_body.STATE, {}),
         name=name,
         longest=min(longest, max_step),
         starts=starts,
