@@ -32,14 +32,14 @@ from rigidcli.studies.common import RESULTS, WORDS
 
 MOST_LINES = {
     "algebra": 3045,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5305,  # digits that were typed, silences that are told, prisms, meshes that overlap
+    "bodies": 5305,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2095,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4681,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3386,  # cures for people who know other tools; constraints, observables; real links
+    "document": 3386,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 8943,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2560,  # one reader, with readings; one pattern of decimal numbers; infinite on the way
-    "mechanics": 2982,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "language": 2560,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "mechanics": 2998,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 8087,  # constraints, observables, many orbits, periods; the response to driving forces

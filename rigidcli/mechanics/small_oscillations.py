@@ -246,10 +246,13 @@ def sign_of(e: Expr, given: Values) -> int | None:
 
 
 def _is_positive_definite(matrix: Matrix, given: Values) -> bool:
-    """Whether a symmetric matrix is positive definite, by its leading minors."""
+    """Whether a symmetric matrix is known to be positive definite, by its leading minors."""
     sizes = map(range, range(1, len(matrix) + 1))
     minors = (matrices.short_determinant(matrices.part(matrix, size, size)) for size in sizes)
-    return all(sign_of(minor, given) == 1 for minor in minors)
+    try:
+        return all(sign_of(minor, given) == 1 for minor in minors)
+    except ExpressionError:  # they are too large
+        return False
 
 
 def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vectors: bool) -> Iterator[Root]:
@@ -320,7 +323,20 @@ def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
     sine = 2 * apply("sin", PI * turn)
     if abs(float(sine) - angular) > NOISE:
         return None
-    return sine if is_zero(matrices.short_determinant(motion.pencil(ZERO, -(sine**2)))) else None
+    value = total(c * sine ** (2 * k) for k, c in enumerate(_characteristic(motion)))
+    return sine if is_zero(value) else None
+
+
+def _characteristic(motion: LinearMotion) -> list[Fraction]:
+    """The coefficients of det(M^-1 K - x), by ascending powers of x, where M and K are numbers."""
+    from flint import fmpq, fmpq_mat
+
+    def rational(matrix: Matrix) -> Any:
+        entries = [Fraction(e.as_number or 0) for row in matrix for e in row]
+        return fmpq_mat(len(matrix), len(matrix), [fmpq(x.numerator, x.denominator) for x in entries])
+
+    powers = (rational(motion.masses).inv() * rational(motion.stiffness)).charpoly().coeffs()
+    return [Fraction(int(c.p), int(c.q)) for c in powers]
 
 
 def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool, are_real: bool) -> Iterator[Root]:

@@ -242,6 +242,24 @@ def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> N
     ]
 
 
+@pytest.mark.parametrize("size", [8, 12])
+def test_a_ring_in_letters_has_rates_in_closed_form(size: int) -> None:
+    names = [f"x{k}" for k in range(size)]
+    potential = " + ".join(f"({a} - {b})^2" for a, b in zip(names, [*names[1:], names[0]], strict=True))
+    place = ", ".join(f"{name}: 0" for name in names)
+    report = rigidcli.hamilton(
+        rigidcli.loads(
+            f"parameters: {{k: null, m: null}}\nequilibrium: {{{place}}}\n"
+            f"system: {{coordinates: [{', '.join(names)}], potential: k*({potential})/2,"
+            f" kinetic: m*({' + '.join(f'{name}dot^2' for name in names)})/2}}\n"
+        )
+    )
+    rates = [float(mode["rate"].evaluate(k=3, m=2)) for mode in report["modes"]]
+    expected = sorted(2 * math.sqrt(1.5) * math.sin(math.pi * k / size) for k in range(size))
+    assert rates == pytest.approx(expected, rel=1e-14)
+    assert report.notes == ()
+
+
 def test_a_ring_of_masses_has_all_its_modes() -> None:
     # Of n masses and springs omega_k = 2 sin(pi k/n): all rates but two stand twice.
     size = 20
