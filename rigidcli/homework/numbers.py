@@ -340,8 +340,11 @@ def _worked_out(text: str, unit: Unit | None) -> list[TypedNumber]:
             amount, several = _value(root), read_units(text[blank.end() :], unit)
             found |= dict.fromkeys(_number(amount, own, unit) for own in several)
     for spelled in _in_known_units(rewritten(text, _WRITTEN_OUT), unit):
-        names = _KNOWN.intersection(units.names_of_units(spelled))
+        words = units.names_of_units(spelled)
+        names = _KNOWN.intersection(words)
         try:
+            if strange := [word for word in words if _is_one_letter_repeated(word)]:
+                raise ExpressionError(f"{shown(strange[0])} has no value")  # `sss` is no cube of a second
             for root in typed.expressions(spelled, Words(sorted(names)), leading=False):
                 found |= dict.fromkeys(_of_root(root, unit))
         except ValueProblem as problem:
@@ -351,6 +354,10 @@ def _worked_out(text: str, unit: Unit | None) -> list[TypedNumber]:
     if problems and not found:
         raise problems[0]
     return list(found)
+
+
+def _is_one_letter_repeated(word: str) -> bool:
+    return len(word) > 1 and set(word) == {word[0]} and word not in _KNOWN
 
 
 def _value(root: tree.Node, scales: Mapping[str, float] = MappingProxyType({})) -> float:
