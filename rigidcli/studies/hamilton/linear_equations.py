@@ -311,7 +311,7 @@ def _numbers(matrix: Matrix, values: Values) -> Floats:
 def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce]:
     """The forces f of M q'' + C q' + K q = f, those of one rate together.
 
-    Raises ExpressionError where one is no sum of sines and cosines of w t + a.
+    There are none where one is no sum of sines and cosines of w t + a, such as a pulse.
     """
     # With q' = A q + B p + a and p' = D q + E p + b they are f = b + M a' - E M a.
     size = len(offset) // 2
@@ -323,6 +323,8 @@ def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> lis
         for monomial, factor in expand(b[place] + derivative(moved[place], TIME) - lost).terms.items():
             still = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
             angles = _cosines([(atom, power) for atom, power in monomial if TIME in atom.names])
+            if angles is None:
+                return []
             waves += [(place, angle, c * Expr({still: factor})) for angle, c in angles.items()]
     alike: dict[Expr, list[tuple[int, Expr, Expr]]] = {}
     for wave in waves:
@@ -333,13 +335,16 @@ def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> lis
     return [_together(size, alike[rate]) for rate in sorted(alike, key=lambda rate: rate.is_zero)]
 
 
-def _cosines(factors: Sequence[tuple[Atom, Rational]]) -> dict[Expr, Expr]:
-    """A product of powers of sines and cosines as a sum of cosines: the coefficients by the angles."""
+def _cosines(factors: Sequence[tuple[Atom, Rational]]) -> dict[Expr, Expr] | None:
+    """A product of powers of sines and cosines as a sum of cosines: the coefficients by the angles.
+
+    None for other products, and where an angle is not w t + a.
+    """
     parts = {ZERO: ONE}
     for atom, power in factors:
         angle = _angle(atom) if isinstance(atom, Applied) and atom.function in ("sin", "cos") else None
         if angle is None or TIME in derivative(angle, TIME).names or power not in range(1, MOST_POWER + 1):
-            raise ExpressionError("a force is no sum of sines and cosines of w t + a")
+            return None
         for _ in range(int(power)):
             halves: dict[Expr, Expr] = {}
             for other, c in parts.items():  # 2 cos a cos b = cos(a + b) + cos(a - b)
