@@ -68,7 +68,9 @@ def explain(path: str) -> str:
     ]
     while not (matches := _called(steps)) and len(steps) > 1 and _called(steps[:1]):
         steps = steps[1:]
-    matches = subjects + [entry for entry in matches if entry not in subjects]
+    # A page of one sentence that a subject repeats is not shown once more.
+    repeated = {text for subject in subjects for text in subject.facts.values()}
+    matches = subjects + [entry for entry in matches if entry not in subjects and entry.text not in repeated]
     if not matches and len(steps) == 1:
         with suppress(ValueProblem):
             matches = [_unit(path)]

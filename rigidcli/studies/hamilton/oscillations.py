@@ -89,13 +89,14 @@ class Oscillations(NamedTuple):
         """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
         rates = [root.rate for root, _ in self.modes]
         cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
+        is_known = self.is_given and not self.steady  # a steady motion is told with its place
         places = (
-            celled(f"equilibrium.{q}", e, f"equilibrium, {q}", diagnostic=self.is_given)
+            celled(f"equilibrium.{q}", e, f"equilibrium, {q}", diagnostic=is_known)
             for q, e in self.place.items()
         )
         return [
-            *self.steady,
             *places,
+            *self.steady,
             Field("modes", None if self.roots is None else list(starmap(_record, self.modes))),
             Field("", np.array(rates), cells=cells),
         ]
