@@ -91,7 +91,7 @@ def command_of(name: str) -> Callable[..., None]:
     row = COMMANDS[name]
     named = [(format.value, format.value) for format in formats_of(name)]
     formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
-    kinds = f"Choose the picture: {', '.join(row.pictures)}. By default it is the first that the result has."
+    kinds = f"Choose the picture: {', '.join(row.pictures)}. By default the first that applies."
     picture = typer.Option("--plot-kind", metavar="NAME", help=kinds, rich_help_panel=shared.MORE)
     changed = {
         "format": (Annotated[formats, shared.format_option(formats)], formats("table")),
