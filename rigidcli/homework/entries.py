@@ -21,7 +21,15 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Finding, KeySource, Tree, Unreadable
-from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, in_dimension, read_numbers, readings_of
+from rigidcli.homework.numbers import (
+    ROUNDING,
+    SLIP,
+    TypedNumber,
+    doubt,
+    in_dimension,
+    read_numbers,
+    readings_of,
+)
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import Names, exactly, names_of, read_expression, read_expressions
 from rigidcli.homework.same import FormulaComparison, formulas_of
@@ -105,17 +113,28 @@ class Ruler:
         return read_expressions(typed, self.formulas.names, place)
 
     def doubt(self, typed: Tree, entry: Entry) -> str:
-        """Why a person must look at a chain of equalities in the place of an entry. Raises Unreadable."""
+        """Why a person must look at an entry as it was read, or at a chain of equalities in its place.
+
+        Raises Unreadable.
+        """
+        if self.may_be_a_slip(entry):
+            return SLIP
         if "=" not in str(typed):
             return ""
 
         def is_equal(others: Sequence[Entry]) -> bool:
             if isinstance(entry, TypedNumber):
-                numbers = [each.value for each in others if isinstance(each, TypedNumber)]
-                return any(self.is_near(value, entry.value, entry.scale) for value in numbers)
+                numbers = [each for each in others if isinstance(each, TypedNumber)]
+                sure = [each.value for each in numbers if not self.may_be_a_slip(each)]
+                return any(self.is_near(value, entry.value, entry.scale) for value in sure)
             return not all(self.differ(each, entry) for each in others)
 
         return doubt(last_member(plain(undecorated(str(typed))))[1], self.readings, is_equal)
+
+    def may_be_a_slip(self, entry: Entry) -> bool:
+        """Whether a number is right only as one of thousands, in another unit than the one that is asked."""
+        asked = 1.0 if self.unit is None else self.unit.scale
+        return isinstance(entry, TypedNumber) and entry.may_be_a_slip(asked)
 
     def margin(self, reference: float, scale: float = 1.0) -> float:
         """How far (SI) a number may be from a reference: the largest of what the tolerance allows.

@@ -78,7 +78,7 @@ class TypedNumber:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
     `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `remark`
-    has the words behind its unit.
+    has the words behind its unit. `in_thousands`: its one point or comma is read as one between thousands.
     """
 
     value: float
@@ -87,6 +87,7 @@ class TypedNumber:
     unit: Unit | None = None
     mantissa: str = ""
     remark: str = field(default="", compare=False)
+    in_thousands: bool = field(default=False, compare=False)
 
     @property
     def figures(self) -> int:
@@ -94,11 +95,25 @@ class TypedNumber:
         digits = self.mantissa.replace(".", "")
         return len(digits.lstrip("0")) or len(digits[:1])
 
+    def may_be_a_slip(self, asked: float) -> bool:
+        """Whether `1.250 mm`, read as 1250 mm, may be 1.25 m, where `asked` is the scale of the unit asked.
+
+        Nobody doubts thousands in the unit that is asked, nor in `rpm` where radians per second are.
+        """
+        ratios = self.scale / asked, self.scale
+        if not self.in_thousands or math.isclose(self.scale, asked):
+            return False
+        return any(_is_power_of_ten(ratio) and not math.isclose(ratio, 1) for ratio in ratios)
+
     @property
     def read_as(self) -> str:
         """The number as it is shown to the student."""
         digits = f"{self.typed:.15g}" if self.mantissa else f"{self.typed:.12g}"
         return digits if self.unit is None else f"{digits} {self.unit.text}"
+
+
+def _is_power_of_ten(ratio: float) -> bool:
+    return math.isclose(ratio, 10.0 ** round(math.log10(ratio)))
 
 
 def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> list[TypedNumber]:
@@ -149,7 +164,12 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     try:
         last, _ = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
         last = rewritten(typed.undecorated(last), _AROUND).strip()
-        return _those_read(lambda text: _numbers(text, unit, place), _variants(last))
+        whole = units.without_separators(last)[1:]
+
+        def read(way: str) -> list[TypedNumber]:
+            return [replace(each, in_thousands=way in whole) for each in _numbers(way, unit, place)]
+
+        return _those_read(read, _variants(last))
     except ExpressionError as error:
         says = advice(error)
         is_strange = "has no value" in error.message and re.search(r"(?:\A|\s)\d", text)
@@ -177,6 +197,8 @@ def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[T
 
 def _agree(one: TypedNumber, other: TypedNumber) -> bool:
     """Whether two numbers are the same within half a unit of their last figures."""
+    if one.may_be_a_slip(other.scale) or other.may_be_a_slip(one.scale):
+        return False
     halves = (min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures)
     return abs(one.value - other.value) <= (ROUNDING + sum(halves)) * max(abs(one.value), abs(other.value))
 
@@ -239,6 +261,7 @@ def taken_back(remark: str) -> str:
     return f"a remark may take the answer back: {shown(remark)}" if _TAKEN_BACK.search(remark) else ""
 
 
+SLIP = "a point or comma is read as one between thousands, but it may be a decimal one in another unit"
 CONTRADICTION = "the members of the chain of equalities are not equal"
 
 

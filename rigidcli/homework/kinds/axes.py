@@ -27,7 +27,7 @@ from rigidcli.homework.entries import NOISE_OF_ENTRIES, Entry, Ruler, Same, show
 from rigidcli.homework.kinds import arrays
 from rigidcli.homework.lists import MOST_BRACKETS, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
-from rigidcli.homework.numbers import ROUNDING, TypedNumber
+from rigidcli.homework.numbers import ROUNDING, SLIP, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.same import all_same
 from rigidcli.language import tree
@@ -107,7 +107,8 @@ class AxesKind(AnswerKind):
         axes = entries.filled(components, (count, 3)).tolist()
         names = [f"{name}: " for name in shown_as(moments)] or [""] * count
         texts = [f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, axes, strict=True)]
-        return ReadAnswer(Pairs(moments, axes), "; ".join(texts))
+        doubt = SLIP if any(map(key.ruler.may_be_a_slip, moments)) else ""
+        return ReadAnswer(Pairs(moments, axes), "; ".join(texts), doubt)
 
     def judge(self, key: AxesKey, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
