@@ -94,11 +94,7 @@ class ArrayKind(AnswerKind):
         return replace(key, counted=key.counted - key.named(*self.uncounted) or key.counted)
 
     def read(self, key: ArrayKey, answer: Tree) -> ReadAnswer:
-        table = self.table(answer)
-        if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
-            table = table.reshape(key.entries.shape)
-        if table.shape == (3,) and key.entries.shape == (2,) and table[2] == "0":  # in unit vectors
-            table = table[:2]
+        table = self.shaped(key, self.table(answer))
         if not self.fits(key, table.shape):
             words = f"{shown(answer)} as one entry" if table.size == 1 else how_many(table.shape)
             raise Unreadable("wrong_shape", f"read {words}, expected {how_many(key.entries.shape)}")
@@ -107,6 +103,10 @@ class ArrayKind(AnswerKind):
         doubts = filter(None, map(key.ruler.doubt, cells, entries))
         read_as = _bracketed(filled(shown_as(entries), table.shape).tolist())
         return ReadAnswer(entries, read_as, next(doubts, ""))
+
+    def shaped(self, key: ArrayKey, table: Array) -> Array:
+        """What was typed in the shape of the key, where another one says the same."""
+        return table
 
     def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
@@ -259,6 +259,11 @@ class VectorKind(ArrayKind):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
         return key
 
+    def shaped(self, key: ArrayKey, table: Array) -> Array:
+        """A vector in a plane may have a third component, which is zero."""
+        is_in_plane = table.shape == (3,) and key.entries.shape == (2,) and table[2] == "0"
+        return table[:2] if is_in_plane else table
+
     def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
         return of_vector(source, key.entries)
 
@@ -317,6 +322,11 @@ class MatrixKind(ArrayKind):
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         return tuple(f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
+
+    def shaped(self, key: ArrayKey, table: Array) -> Array:
+        """A matrix may be written row after row in one line."""
+        is_in_line = len(table) == 1 and table.size == key.entries.size
+        return table.reshape(key.entries.shape) if is_in_line else table
 
     def is_right(self, key: ArrayKey, value: Sequence[Entry]) -> bool:
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
