@@ -27,9 +27,7 @@ _NUMBER = re.compile(rf"[-+]?{typed.DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 # What stands between `I1 = 3` and the next name with a digit, or of one letter.
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d|I_?[xyz]{2})\s*[=:])")
-_ARRAY = re.compile(
-    r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec|[Tt]ranspose)\s*(?=[(\[])"
-)
+_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=[(\[])")
 _DIAGONAL = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:diag(?:onal)?|Diag(?:onal)?Matrix)\s*(?=[(\[{])")
 
 
@@ -69,10 +67,25 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
         factor, inner, unit = _parts(text.strip() if is_mapping else typed.last_member(text)[0].strip())
-        entries = _entries(inner, is_square)
+        is_flipped = unit.startswith(_FLIPPED)
+        unit = unit.removeprefix(_FLIPPED).strip()
+        if re.match(r"\^|\*\*", unit):
+            raise Unreadable(
+                "parse_error", "brackets have a power behind them: give the entries of the result"
+            )
+        entries = _entries(inner.replace(_FLIPPED, ""), is_square)
+        if is_flipped and isinstance(entries, list) and all(isinstance(row, list) for row in entries):
+            entries = _transposed(entries)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", advice(error)) from None
     return _moved(entries, factor, unit) if factor or unit else entries
+
+
+def _transposed(rows: list[list[Tree]]) -> Tree:
+    """Columns as rows; one row or one column, and rows of several lengths, stay as they are."""
+    if len(rows) == 1 or len(set(map(len, rows))) != 1 or len(rows[0]) == 1:
+        return rows
+    return list(map(list, zip(*rows, strict=True)))
 
 
 # --- the parts of a list
@@ -90,7 +103,8 @@ def _parts(text: str) -> tuple[str, str, str]:
         if is_row or (behind.lstrip()[:1] == "/" and re.search("[,;\n]", without_brackets(behind))):
             break  # rows without brackets round them
         factor = re.sub(r"\A\s*([-+])\s*\Z", r"\g<1>1", before).rstrip(" \t\n*")
-        return factor, within, behind.strip().removeprefix("*").lstrip()
+        behind = behind.strip()
+        return factor, within, behind if behind.startswith("**") else behind.removeprefix("*").lstrip()
     return "", text, ""
 
 
@@ -221,14 +235,16 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
 _BRACKETS = str.maketrans(
     {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
 )
-_TRANSPOSED = r"(?<=[)\]}])\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|'|\.T)(?!\w)"
+_FLIPPED = "\ue003"  # the sign behind a matrix that is transposed
+_TRANSPOSED = r"(?<=[)\]}])\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|\.?'|\.T)(?!\w)"
+_TRANSPOSE = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b[Tt]ranspose\s*(?=[(\[])")
 _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
 # One value of two names: lambda_{2,3} = 11.
 _SHARED = re.compile(
     r"(?<![A-Za-zλω])(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
 )
 _SIGNS = rules(
-    (_TRANSPOSED, ""),
+    (_TRANSPOSED, _FLIPPED),
     (r"\]\s*\[(?=[-\d])", "];["),
     (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
     (_MAPLE, r"(\1)"),  # the rows of a matrix
@@ -239,7 +255,27 @@ _AND = re.compile(rf",?\s+(?:{said('and')}|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:
 def in_brackets(text: str) -> str:
     """The plain text of a list with brackets, commas and lines only. Raises ExpressionError."""
     text = with_hats(_SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text))
-    return _from_table(rewritten(text.translate(_BRACKETS), _SIGNS))
+    return _from_table(_with_tables_flipped(rewritten(text.translate(_BRACKETS), _SIGNS)))
+
+
+def _with_tables_flipped(text: str) -> str:
+    """The text with the sign of a transposed matrix behind outer brackets that hold a table, and no others.
+
+    Raises ExpressionError.
+    """
+    if function := _TRANSPOSE.search(text):
+        end = closings_of(text)[function.end()] + 1
+        table = text[function.end() : end]
+        table = table[1:-1] if is_enclosed(table[1:-1]) else table
+        text = f"{text[: function.start()]}{table}{_FLIPPED}{text[end:]}"
+    if _FLIPPED not in text:
+        return text
+    tables = {
+        end + 1 for start, end in closings_of(text).items() if re.search(r"[(\[{;\n]", text[start + 1 : end])
+    }
+    return "".join(
+        sign for place, sign in enumerate(text) if sign != _FLIPPED or len(text[:place].rstrip()) in tables
+    )
 
 
 def _from_table(text: str) -> str:
