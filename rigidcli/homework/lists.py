@@ -88,6 +88,29 @@ def _transposed(rows: list[list[Tree]]) -> Tree:
     return list(map(list, zip(*rows, strict=True)))
 
 
+_ARROW, _EQUALS = re.compile("=>|->"), re.compile(r"(?<![<>=!:])==?(?![>=])")
+
+
+def earlier_members(answer: Tree) -> list[str]:
+    """What stands before the last member of a chain: `(1, 2)` in `v = (1, 2) = (1, 3)`, or before an arrow.
+
+    What has another name leads to the answer, and is no member; `x = 1, y = 2` is no chain.
+    """
+    if not isinstance(answer, str):
+        return []
+    with suppress(ExpressionError):
+        *statements, conclusion = cut(in_brackets(typed.undecorated(answer)), _ARROW)
+        if len(_NAMED.findall(without_brackets(conclusion))) > 1:
+            return []
+        name, *before = cut(conclusion, _EQUALS)
+        earlier = [name, *before[:-1]] if before else []
+        for first, *others in (cut(statement, _EQUALS) for statement in statements):
+            if not others or first.strip() == name.strip():
+                earlier += [first, *others]
+        return earlier
+    return []
+
+
 # --- the parts of a list
 
 

@@ -6,6 +6,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -25,9 +26,9 @@ from rigidcli.homework.entries import (
     literal,
     shown_as,
 )
-from rigidcli.homework.lists import read_list
+from rigidcli.homework.lists import earlier_members, read_list
 from rigidcli.homework.mistakes import OTHER_PRODUCTS, Arrays, of_tensor, of_vector, shared_factor
-from rigidcli.homework.numbers import ROUNDING, TypedNumber
+from rigidcli.homework.numbers import CONTRADICTION, ROUNDING, TypedNumber
 from rigidcli.homework.question import Question
 from rigidcli.homework.same import all_same
 
@@ -101,8 +102,21 @@ class ArrayKind(AnswerKind):
         cells: list[Tree] = table.ravel().tolist()
         entries = key.ruler.read(cells, self.labels(table.shape), key.right)
         doubts = filter(None, map(key.ruler.doubt, cells, entries))
+        doubt = next(doubts, "") or (CONTRADICTION if self._contradicts(key, answer, entries) else "")
         read_as = _bracketed(filled(shown_as(entries), table.shape).tolist())
-        return ReadAnswer(entries, read_as, next(doubts, ""))
+        return ReadAnswer(entries, read_as, doubt)
+
+    def _contradicts(self, key: ArrayKey, answer: Tree, entries: Sequence[Entry]) -> bool:
+        """Whether one member of a chain is right and the last one is not, or the other way round."""
+        for member in earlier_members(answer):
+            with suppress(Unreadable):
+                table = self.shaped(key, self.table(member))
+                if table.size > 1 and table.shape == key.entries.shape:
+                    other = key.ruler.read(table.ravel().tolist(), self.labels(table.shape), key.right)
+                    verdicts = [self.judge(key, each).verdict for each in (other, entries)]
+                    if verdicts.count("correct") == 1:
+                        return True
+        return False
 
     def shaped(self, key: ArrayKey, table: Array) -> Array:
         """What was typed in the shape of the key, where another one says the same."""
