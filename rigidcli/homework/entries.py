@@ -29,6 +29,7 @@ from rigidcli.homework.numbers import (
     in_dimension,
     read_numbers,
     readings_of,
+    too_uncertain,
 )
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import Names, exactly, names_of, read_expression, read_expressions
@@ -119,6 +120,8 @@ class Ruler:
         """
         if self.may_be_a_slip(entry):
             return SLIP
+        if isinstance(entry, TypedNumber) and (uncertain := too_uncertain(typed)):
+            return uncertain
         if "=" not in str(typed):
             return ""
 

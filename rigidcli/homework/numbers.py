@@ -261,6 +261,23 @@ def taken_back(remark: str) -> str:
     return f"a remark may take the answer back: {shown(remark)}" if _TAKEN_BACK.search(remark) else ""
 
 
+LARGEST_UNCERTAINTY = 0.1  # as a share of the value: beyond, a wrong number would be within it
+
+
+def too_uncertain(answer: Tree) -> str:
+    """Why a person must look at a number with a large uncertainty behind it: `20.8 ± 10 rad/s`."""
+    uncertain = re.search(_UNCERTAIN, str(answer))
+    if uncertain is None or (uncertain["own"] or uncertain["unit"] or "") != (uncertain["unit"] or ""):
+        return ""
+    with suppress(ValueError):
+        number, _, _ = uncertain["value"].partition(uncertain["unit"] or "\0")
+        value, off = (float(each.replace(",", ".")) for each in (number, uncertain["off"]))
+        share = off / 100 if uncertain["percent"] else off / abs(value or math.inf)
+        if share > LARGEST_UNCERTAINTY:
+            return f"the uncertainty is large: {shown(uncertain[0].strip())}"
+    return ""
+
+
 SLIP = "a point or comma is read as one between thousands, but it may be a decimal one in another unit"
 CONTRADICTION = "the members of the chain of equalities are not equal"
 
@@ -337,7 +354,7 @@ _SIGNS = rules(
 _UNIT_NAME = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
 _UNCERTAIN = (
     rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:[eE][-+]?\d+)?(?P<unit>\s*{_UNIT_NAME})?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
-    rf"{typed.DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT_NAME}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
+    rf"(?P<off>{typed.DECIMAL})(?P<percent>\s*%)?(?(unit)(?P<own>\s*{_UNIT_NAME}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
 )
 # A number without its uncertainty: `(3.12 ± 0.02) m` is `3.12 m`; and a quantity in brackets: `(12.5 J)`.
 _AROUND = rules(
