@@ -167,6 +167,9 @@ def _entries(text: str, is_square: bool = False) -> Any:
     pairs = [list(map(str.strip, re.split("[=:]", piece))) for piece in pieces]
     if pairs and all(len(pair) == 2 and re.fullmatch(r"[^\W\d][\w ]*", pair[0]) for pair in pairs):
         named = dict(pairs)
+        for name, value in pairs:
+            if value != named[name] and re.search(r"_\w+\Z", name):  # L_x = 0, L_x = -2: one is another
+                raise Unreadable("duplicate_key", f"read {shown(name)} twice")
         return named if len(named) == len(pairs) else [value for _, value in pairs]
     if len(pieces) == 1 and pieces[0].startswith(("[[", "[(")):
         return _entries(pieces[0][1:-1])
@@ -322,7 +325,7 @@ def _from_table(text: str) -> str:
 def _separated(text: str) -> str:
     """The text with `;` for what else separates entries: `3 and 5`, `3 | 5`, `3 < 5`, `3 -> 5`, `3/5/7`."""
     text = re.sub(r"(?<![,;\s])\s*&", ";", text)  # rows of LaTeX outside of `\\begin{pmatrix}`
-    text = _AND.sub("; " if ";" in text else ", ", text)
+    text = _AND.sub("; " if ";" in text or _has_decimal_commas(text) else ", ", text)
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
     text = re.sub(r"\||<=?|[-=]?>", ";", text)
@@ -331,6 +334,17 @@ def _separated(text: str) -> str:
         if len(pieces) > 2 and all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces):
             return text.replace(sign, ";")
     return text
+
+
+def _has_decimal_commas(text: str) -> bool:
+    """Whether a word separates entries, and so commas are decimal: `10 und 17,3`, and not `2,11 and 11`.
+
+    People who write `and` have points, but nobody separates entries by commas behind the last such word.
+    """
+    words = list(_AND.finditer(text))
+    if not words or not re.search(r"\d,\d", text) or re.search(r",(?!\d)|(?<!\d),", text):
+        return False
+    return "," in text[words[-1].end() :] or words[-1][0].strip() not in ("and", "&")
 
 
 # --- sums of unit vectors
