@@ -219,9 +219,19 @@ _SURE_UNIT = re.compile(
 
 
 def _without_tail(text: str, names: Names | None) -> Iterator[str]:
-    """The formula without a unit or a remark that may stand behind it, for each blank in turn."""
-    letters = {name.casefold() for name in names.words.names} if names else set()
-    for blank in islice(_BLANK.finditer(text), 20):
+    """The formula without a unit or a remark that may stand behind it, for each blank in turn.
+
+    First come units for sure that begin with no letter of the question: of `M h^2 kg m^2`, `h^2` is no unit.
+    """
+    listed = set(names.words.names) if names else set()
+    letters = {name.casefold() for name in listed}
+
+    def is_doubtful(blank: re.Match[str]) -> bool:
+        tail = text[blank.end() :]
+        first = re.match(r"[^\W\d_²³]+", tail)
+        return _SURE_UNIT.search(tail) is None or (first is not None and first[0] in listed)
+
+    for blank in sorted(islice(_BLANK.finditer(text), 20), key=is_doubtful):
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)
         # With M and L asked for, `1/3 m l^2` and `M l^2` have the wrong letters, and no unit.
