@@ -7,6 +7,7 @@ tensors and axes is made of questions about single entries.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -122,7 +123,7 @@ class Ruler:
             return SLIP
         if isinstance(entry, TypedNumber) and (uncertain := too_uncertain(typed)):
             return uncertain
-        if "=" not in str(typed):
+        if not re.search(r"[=≈≃]|\\approx", str(typed)):
             return ""
 
         def is_equal(others: Sequence[Entry]) -> bool:

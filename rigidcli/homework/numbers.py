@@ -95,6 +95,14 @@ class TypedNumber:
         digits = self.mantissa.replace(".", "")
         return len(digits.lstrip("0")) or len(digits[:1])
 
+    @property
+    def half_a_digit(self) -> float:
+        """Half a unit of the last figure that is typed, in SI units; 0 for zero and for an expression."""
+        if not self.figures or not self.typed:
+            return 0.0
+        power = math.floor(math.log10(abs(self.typed))) + 1 - self.figures
+        return 0.5 * 10.0**power * abs(self.scale)
+
     def may_be_a_slip(self, asked: float) -> bool:
         """Whether `1.250 mm`, read as 1250 mm, may be 1.25 m, where `asked` is the scale of the unit asked.
 
@@ -158,6 +166,9 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     text = str(answer)
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
+    exact, *rounded = re.split(r"\s*(?:[≈≃]|\\approx(?!\w))\s*(?=[-+]?[\d.])", text)
+    if len(rounded) == 1 and (equal := _rounded(exact, rounded[0], unit)):
+        return equal
     told = _AGAIN.split(text, maxsplit=2)
     if len(told) == 2 and (equal := _told_twice(told[0], told[1], unit, place)):
         return equal
@@ -177,6 +188,20 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
             says = "give one number" if unit in (None, PURE) else "give the number and its unit"
         message = f"read {shown(answer)}: {says}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
+
+
+def _rounded(exact: str, rounded: str, unit: Unit | None) -> list[TypedNumber]:
+    """The readings of a number and of what it is rounded to, where it is: `3/8 ≈ 0.38`; else none."""
+    exacts, decimals = list[TypedNumber](), list[TypedNumber]()
+    for found, text in ((exacts, exact), (decimals, rounded)):
+        with suppress(Unreadable, ValueProblem):
+            found += [in_dimension(each, unit) for each in readings_of(text, unit)]
+    pairs = [
+        (one, other)
+        for one, other in product(exacts, decimals)
+        if other.figures > 1 and abs(one.value - other.value) <= other.half_a_digit * (1 + ROUNDING)
+    ]
+    return list(dict.fromkeys(number for pair in pairs for number in reversed(pair)))
 
 
 def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[TypedNumber]:
@@ -342,7 +367,8 @@ _SIGNS = rules(
     (rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*{_MINUTES}(?:\s*{_SECONDS})?", _in_degrees),
     (r"(?<=\d)\s*′", " arcmin"),
     (r"(?<=\d)\s*″", " arcsec"),
-    (r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si),
+    (r"\\ang\s*\{([^{};]*)\}", r"\1 deg"),
+    (r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{((?:[^{}]|\{[^{}]*\})*)\}", _si),
     (r"\A\s*(\d+)\s*\\[dt]?frac\s*(?:\{(\d+)\}\s*\{(\d+)\}|(\d)(\d))", r"(\1 + \2\4/\3\5)"),
     (  # a whole number and a fraction that is added to it: 12 1/2
         r"(?<![\w.,/^*])(\d+) +(\d{1,2}) ?/ ?(\d{1,2})(?![\d/.,])",
@@ -468,7 +494,8 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     own = set() if expected is None else set(units.names_of_units(expected.text))
     try:
         found = units.unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
-        return [*found, *read_units(text[3:], expected, place)] if text.startswith("in ") else found
+        is_behind_in = re.match(r"\(?in ", text)  # `in kg m^2`, and inches
+        return [*found, *read_units(text.replace("in ", "", 1), expected, place)] if is_behind_in else found
     except ValueProblem as problem:
         message = f"read {shown(text)}: {advice(problem)}"
         raise Unreadable("unit_incompatible", message, place=place) from None
