@@ -47,7 +47,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         answer = ",".join(answer)  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
-    answer = typed.undecorated(answer)
+    answer = re.sub(r"\A[^\W\d]\w*\s*=\s*\n\s*", "", typed.undecorated(answer))  # as Octave shows a matrix
     if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
         raise Unreadable("parse_error", "bars mean a length: give the components")
     try:
