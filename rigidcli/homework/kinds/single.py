@@ -7,6 +7,7 @@ import re
 import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -23,6 +24,7 @@ from rigidcli.homework.numbers import PURE, TypedNumber, in_dimension
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import undecorated
+from rigidcli.language.words import table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,22 +142,31 @@ def _of_misfit(key: NumberKey, number: TypedNumber, detail: str) -> Finding:
 
 
 LONGEST_TEXT = 1000  # characters
+_HOMEWORK = str(Path(__file__).parent)  # its files lie beside this folder
 _YES = ["yes", "y", "yep", "yeah", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"]
 _NO = ["no", "n", "nope", "nein", "non", "falsch", "faux", "falso"]
 TRUTH = dict.fromkeys(_YES, "true") | dict.fromkeys(_NO, "false")
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
 # The classes of tops: an answer may add, or leave out, `symmetric top` beside them.
 CLASSES = frozenset([*get_args(BodyClass), "symmetric"])
-STABILITY = ("stable", "unstable", "marginal", "stabil", "instabil", "instable")
-# Classes of tops and kinds of stability in other words: what is not unstable is stable.
+STABILITY = ("stable", "unstable", "marginal")
+# What the words of many languages say of a top or of stability.
+_WORDS = {sense: words.split() for sense, words in table(_HOMEWORK, "choices.csv")}
+_TOPS = frozenset(_WORDS.pop("top"))  # what has a class: such a word says nothing itself
+SENSES = {word: sense for sense, words in _WORDS.items() for word in words}
+# What is not unstable is stable.
 _ONE_SPELLING = rules(
-    (r"\b(prolat|oblat)(?:er)?\b", r"\1e"),
-    (r"symmetri(?:cal|scher?)\b", "symmetric"),
-    (r"\b(?:e?stable|stabile?)\b", "stable"),
-    (r"\b(?:(?:in|un)e?stab(?:le|ile?)|labile?|(?:not|non|nicht|pas|no) stable)\b", "unstable"),
+    (r"\w+", lambda word: SENSES.get(word[0], word[0])),
+    (r"\b(?:not|non|nicht|pas|no) stable\b", "unstable"),
     (r"\b(?:not|non|nicht|pas|no) unstable\b", "stable"),
     (r"(?<=stable) (?:equilibrium|motion|point|position|rotation|state)\Z", ""),
+    (r"\A(?:equilibre|equilibrio|mouvement|movimiento) (?=(?:un)?stable\Z)", ""),
 )
+# Signs that deny what follows: `≠ oblate`, `!stable`.
+_NOT = re.compile(r"(?:≠|¬|<>|(?<!\S)(?:!=?|=?/=))\s*(?=\w)")
+# Letters of European languages without their accents; dots over other letters are derivatives.
+_ACCENTED, _BARE = "àáâäçèéêëìíîïñòóôöùúûü", "aaaaceeeeiiiinoooouuuu"
+_WITHOUT_ACCENTS = str.maketrans(_ACCENTED + _ACCENTED.upper(), _BARE + _BARE.upper())
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?(?! stable)|el|los|only|nur|body|system|motion) (?=\w)"
     r"|(?<=\w) only\b|(?<=\w\w) (?:axis|achse)\Z"
@@ -163,8 +174,9 @@ _ARTICLE = re.compile(
 # A subject that claims nothing by itself: `I doubt that it is stable` is left to a person.
 _SUBJECT = re.compile(
     r"^(?:(?:(?:body|top|system|motion|rotation|orbit|equilibrium|state|point|position|class|type|answer|it"
-    r"|this|about|around|of|for|at|here|so|then|intermediate|axis|e ?[123]|[xyz]|körper|kreisel|bewegung"
-    r"|drehung) )*(?:is|ist|est|es|(?:will|should|must) be) )+"
+    r"|this|about|around|of|for|at|here|so|then|intermediate|axis|e ?[123]|[xyz]|korper|kreisel|bewegung"
+    r"|drehung|gleichgewicht|lage|mouvement|equilibre|toupie|movimiento|equilibrio|posicion|trompo"
+    r") )*(?:is|ist|est|es|(?:will|should|must) be) )+"
 )
 _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
 _REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")  # what stands before a reason
@@ -230,9 +242,10 @@ class ChoiceKind(AnswerKind):
         is_right, why = value == key.plain, ""
         if isinstance(value, str) and key.plain in TRUTH.values():
             said, *rest = re.split(r"\W+", value, maxsplit=1)
-            said, remark = TRUTH.get(said, said), " ".join(rest).rstrip(" .!")
+            said, remark = TRUTH.get(said, said), " ".join(rest).rstrip(" .!)]")
             is_denied = key.plain == TRUTH["yes"] and _TAKEN_BACK.search(remark)
-            is_clear = not (is_denied or value.endswith("?") or _OPPOSITE.search(remark))
+            is_hedged = remark in TRUTH or _OPPOSITE.search(remark) is not None  # `y/n`
+            is_clear = not (is_denied or value.endswith("?") or is_hedged)
             is_right = said == key.plain and is_clear
             if said not in TRUTH.values():
                 why = "it says neither yes nor no"
@@ -243,7 +256,9 @@ class ChoiceKind(AnswerKind):
             is_right = key.is_met(value) or (key.is_met(first) and not _DOUBTFUL.search(reason))
             stands = re.search(rf"(?<!\w){re.escape(str(key.plain))}(?!\w)", value) is not None
             is_split = value.replace(" ", "") == str(key.plain).replace(" ", "")  # `un stable`
-            if stands or is_split or key.is_met(_HEDGE.sub("", value)):
+            sense = _sense(str(key.plain))
+            is_hedged = not isinstance(sense, str) and _sense(value) == sense | {"symmetric"}
+            if stands or is_split or is_hedged or key.is_met(_HEDGE.sub("", value)):
                 why = "the right word stands in a longer answer"
         if why and not is_right:
             return Outcome.review(why)
@@ -264,13 +279,13 @@ def _text(answer: Tree) -> str:
 
 
 def _sense(words: str) -> str | frozenset[str]:
-    """What words say of a top or of stability, in one spelling: a class stands for its symmetric top."""
+    """What words say of a top or of stability, in one spelling: `oblate` is an oblate symmetric top."""
     words = rewritten(words, _ONE_SPELLING)
     told = frozenset(re.findall(r"\w+", words))
     if told.isdisjoint(CLASSES):
         return words
-    told -= {"body", "top", "rotor", "rotator", "kreisel", "spheroid"}
-    return told - {"symmetric"} or told
+    told -= _TOPS
+    return told if told.isdisjoint(("oblate", "prolate")) else told - {"symmetric"}
 
 
 def _split(value: str) -> tuple[str, str]:
@@ -285,20 +300,24 @@ def _split(value: str) -> tuple[str, str]:
 
 def _unless_opposite(added: re.Match[str]) -> str:
     """A blank for what is added in brackets, unless it may be another answer."""
-    words = set(re.findall(r"\w+", added[0]))
-    before = set(re.findall(r"\w+", added.string[: added.start()]))
+    words, before = (
+        {SENSES.get(word, word) for word in re.findall(r"\w+", text)}
+        for text in (added[0], added.string[: added.start()])
+    )
     others = {*CLASSES, *TRUTH, *STABILITY} - before
     return added[0] if words & others or _DOUBTFUL.search(added[0]) else " "
 
 
 def _plain(text: str) -> str:
     """The text in small letters, without articles and decoration, and truth values in one spelling."""
-    letters = undecorated(re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text)))
+    letters = re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text))
+    letters = undecorated(_NOT.sub("not ", letters.translate(_WITHOUT_ACCENTS)))
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
     words = re.sub(r"(?<=is)n['’]t\b", " not", letters.casefold())
+    words = re.sub(r"\bn['’]est pas\b", "est pas", re.sub(r"\bno es\b", "es no", words))
     words = re.sub(r"\bun-(?=\w)", "un", words)
     words = words.strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
     words = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(_unless_opposite, words)
     words = _SUBJECT.sub("", _ARTICLE.sub("", _BETWEEN.sub(" ", words.strip()))).strip(" .!")
-    return TRUTH.get(words.replace("í", "i"), words)
+    return TRUTH.get(words, words)
