@@ -526,7 +526,8 @@ def _finite(value: Ball) -> Ball:
 def _number(text: str, rounded: int) -> Ball:
     """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more.
 
-    A decimal of an answer, of which all are `rounded`, may also be cut: 0.9166 is 11/12.
+    A decimal of an answer, of which all are `rounded`, may also be cut: 0.9166 is 11/12. What is cut is off
+    by less than one unit of its last digit: 0.99 is not 1, which is cut to 1.00.
     """
     mantissa, _, exponent = text.lower().partition("e")
     decimals = mantissa.partition(".")[2]
@@ -537,7 +538,9 @@ def _number(text: str, rounded: int) -> Ball:
     if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
         return value
     unit, most = Fraction(10) ** (int(exponent or 0) - len(decimals)), fraction * COARSEST
-    below, above = min(unit / 2, most), min(unit if rounded == 1 else unit / 2, most)
+    # Roots and quotients make balls wider, by about this share of a unit.
+    whole = unit * (1 - 2 * min(unit / fraction, COARSEST))
+    below, above = min(unit / 2, most), min(whole if rounded == 1 else unit / 2, most)
     return value + _ball((above - below) / 2) + _arb()(0, _ball((above + below) / 2))
 
 
