@@ -463,6 +463,13 @@ def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
 # is as right.
 # Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 9.6.
 
+# What says that a quantity is conserved, around it: `d/dt(F) = 0`, `F = const`, `F is conserved`.
+_RATE_IS_ZERO = re.compile(
+    r"(?m)^\s*(?:d\s*/\s*dt|\\d?frac\{\s*(?:\\mathrm\{d\}|d)\s*\}\{\s*(?:\\mathrm\{d\}|d)\s*t\s*\})\s*"
+    r"(?:\\left)?[(\[](?P<of>[^=\n]*?)(?:\\right)?[)\]]\s*=\s*0\s*$"
+)
+_CONSTANT = r"(?:conserved|conservée?|conservad[ao]|erhalten|konst(?:ant)?|const(?:ant)?e?|cst|cte)\b\.?"
+_IS_CONSERVED = re.compile(rf"(?im)\s*(?:=|\b(?:is|are|ist|est|es)\b)\s*(?:a |eine? |une )?{_CONSTANT}\s*$")
 NOTHING_NEW = "it is a function of H, of the momenta that are conserved, or of the other quantities"
 
 
@@ -513,6 +520,7 @@ class InvariantsKind(AnswerKind):
 
     def read(self, key: InvariantsKey, answer: Tree) -> ReadAnswer:
         """A list of formulas, perhaps named; of several readings one that is conserved. Raises Unreadable."""
+        answer = list(map(_quantity, answer)) if isinstance(answer, list) else _quantity(answer)
         table = read_list(answer, is_square=True)  # so that the y of `y p_x` is no unit vector
         cells = list(table.values()) if isinstance(table, dict) else table
         if len(cells) > MOST_ENTRIES:
@@ -544,3 +552,10 @@ class InvariantsKind(AnswerKind):
 
     def typed(self, key: InvariantsKey) -> Tree:
         return list(map(text, key.quantities))
+
+
+def _quantity(typed: Tree) -> Tree:
+    """What is said to be conserved in a text, without the words that say so."""
+    if not isinstance(typed, str):
+        return typed
+    return _IS_CONSERVED.sub("", _RATE_IS_ZERO.sub(r"\g<of>", typed))
