@@ -76,7 +76,9 @@ class Names:
     @cached_property
     def words(self) -> Words:
         """The names as the reader of formulas wants them."""
-        return Words((*self.domains, *self.derived), self.spellings, self.states)
+        real = {name for name, domain in self.domains.items() if domain == "real"}
+        moving = self.states | {name for name in real if MOVING.fullmatch(name)}  # may be written as theta(t)
+        return Words((*self.domains, *self.derived), self.spellings, moving)
 
     def without_derived(self, node: Node) -> Node:
         """The tree with the definitions of derived names put in."""

@@ -103,6 +103,10 @@ _TO_GROUPS = rules(
 )
 
 
+# A power or primes before an index, which mean the same behind it: `p^2_theta`.
+_BEFORE_INDEX = re.compile(r"(?<=[^\W\d_])(\^(?:\d|\{\d\})|[²³]|'{1,2})_(\{[^{}]*\}|\\[a-zA-Z]+|[^\W_]+)")
+
+
 def plain(text: str) -> str:
     """A text without LaTeX, in ASCII as far as its signs have ASCII spellings.
 
@@ -116,6 +120,7 @@ def with_hats(text: str) -> str:
     if len(text) > MAX_TEXT:
         message = f"an answer has at most {MAX_TEXT} characters, this has {len(text)}"
         raise ExpressionError(message, code="too_large")
+    text = _BEFORE_INDEX.sub(r"_\2\1", text)
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
     text = unicodedata.normalize("NFD", undotted(rewritten(text, _TO_LATEX)))
@@ -214,4 +219,5 @@ def _without_braces(text: str) -> str:
     for sign, problem in _UNFINISHED.items():
         if sign in text:
             raise ExpressionError(problem)
+    text = re.sub(r"(_\w+) (?=')", r"\1", text)  # of `p_\theta'`
     return text.replace(_ROOT, " sqrt ").replace(_VECTOR, "").replace(_CONTENT, "")
