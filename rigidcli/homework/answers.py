@@ -117,7 +117,7 @@ def _undressed(text: str, names: Collection[str]) -> str:
 
     So do dashes behind the names of several questions, and of all: one alone might be a minus sign.
     """
-    lines, plain = text.splitlines(), 0
+    lines, plain = [_bulleted(line, names) for line in text.splitlines()], 0
     found: dict[int, re.Match[str]] = {}
     for place, line in enumerate(lines):
         match = _DRESSED.fullmatch(line.rstrip())
@@ -134,7 +134,13 @@ def _undressed(text: str, names: Collection[str]) -> str:
         del found[place]
     named = [folded(match["name"]) for match in found.values()]
     marks = {match["marks"].strip() for match in found.values()}
-    is_too_few = marks <= {"-", "*", "+", "•"} and 2 * len(named) < len(names)
+    is_whole = all(
+        (place in found and re.search("[:=]", line))
+        or _SILENT.match(line.strip())
+        or _SECTION.match(line.strip())
+        for place, line in enumerate(lines)
+    )
+    is_too_few = marks <= {"-", "*", "+", "•"} and 2 * len(named) < len(names) and not is_whole
     keys = sum(1 for place, line in enumerate(lines) if place not in found and _KEY.match(f"{line.strip()} "))
     if not found or len(set(named)) < len(named) or keys > len(found) + 2 or is_too_few:
         return text
@@ -147,6 +153,13 @@ def _undressed(text: str, names: Collection[str]) -> str:
             is_deeper = place > first and line.strip() and not _SECTION.match(line.strip())
             written.append(f"  {line}" if is_deeper else line)
     return "\n".join(written)
+
+
+def _bulleted(line: str, names: Collection[str]) -> str:
+    """A line with a bullet for the number of a list before the name of a question: `1. rate: 20.8`."""
+    match = re.fullmatch(r"(\s*)([0-9]{1,3})[.)]\s+(([\w.-]+)\s*[:=].*)", line)
+    is_counted = match and match[2] not in names and folded(match[4]) in names
+    return f"{match[1]}- {match[3]}" if match and is_counted else line
 
 
 def _literal(quoted: re.Match[str]) -> str:

@@ -210,3 +210,16 @@ def test_answers_below_headings_and_behind_bullets(form: str) -> None:
 @pytest.mark.parametrize("text", ["answers:\n  s: 3 m\n", "answers: {s: 3 m}", "answer s: 3 m"])
 def test_the_head_is_no_answer_to_a_question_named_s(text: str) -> None:
     assert read(text, ["s"]) == {"s": "3 m"}
+
+
+@pytest.mark.parametrize("marks", [("- ", "- "), ("* ", "* "), ("• ", "• "), ("4. ", "5. "), ("4) ", "5) ")])
+@pytest.mark.parametrize("head", ["", "answers:\n", "# mine\n"])
+def test_a_file_of_bullets_answers_the_questions_that_they_name(marks: tuple[str, str], head: str) -> None:
+    text = f"{head}{marks[0]}a: 20.8 rad/s\n{marks[1]}spring: 3/8\n"
+    assert read(text) == {"a": "20.8 rad/s", "spring": "3/8"}
+
+
+@pytest.mark.parametrize("text", ["- 1: 5\nI am not sure\n", "spring:\n- a: 3\n- x: 2\n"])
+def test_bullets_among_other_lines_are_no_file_of_bullets(text: str) -> None:
+    with contextlib.suppress(Unreadable):
+        assert read(text).keys().isdisjoint({"1", "a"})
