@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.parameters import TIME
+from rigidcli.document.phase_space import velocity
 from rigidcli.errors import ValueProblem
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import Ruler, chosen
@@ -34,7 +38,8 @@ class FormulaKey:
     """The right formula, and what may stand in an answer.
 
     A `constant` may differ. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
-    it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`.
+    it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`. The names in `tied` are formulas in
+    others where the constraints of the question hold.
     """
 
     tree: Node
@@ -43,9 +48,12 @@ class FormulaKey:
     rates: tuple[str, ...] = ()
     is_lagrangian: bool = False
     misplaced: frozenset[str] = frozenset()
+    tied: Mapping[str, Node] = field(default_factory=dict)
 
     def same(self, answer: Node, *, constant: bool = False) -> bool | str:
         """Whether an answer is this formula, up to a constant if one is allowed."""
+        for name, formula in self.tied.items():
+            answer = bound(answer, {name: formula})
         return self.formulas.same(answer, self.tree, constant=constant)
 
 
@@ -70,7 +78,8 @@ class ExpressionKind(AnswerKind):
         is_lagrangian = last == "lagrangian" or rates == names.velocities
         misplaced = {*names.velocities} - used if in_momenta and rates == names.momenta else ()
         rates = rates if is_energy else ()
-        return FormulaKey(tree, formulas, constant, rates, is_lagrangian, frozenset(misplaced))
+        tied = _tied(source)
+        return FormulaKey(tree, formulas, constant, rates, is_lagrangian, frozenset(misplaced), tied)
 
     def read(self, key: FormulaKey, answer: Tree) -> ReadAnswer:
         if key.constant and isinstance(answer, str):
@@ -120,6 +129,24 @@ def _tree(source: KeySource) -> Node:
         except Unreadable as unreadable:
             code = code or unreadable.findings[0].code
     raise ValueProblem(f"the key cannot be read: {code}")
+
+
+def _tied(source: KeySource) -> dict[str, Node]:
+    """For a force of a constraint: momenta by velocities, then what a constraint fixes, as r - l fixes r."""
+    if source.report is None or "constraint_forces" not in source.path:
+        return {}
+    tree, coordinates = source.report.tree, names_of(source).coordinates
+    tied = {name: to_tree(definition) for name, definition in (tree["momentum_definitions"] or {}).items()}
+    for constraint in tree["constraints"]:
+        expression = constraint["expression"]
+        names = expression.names.intersection((*coordinates, *map(velocity, coordinates)))
+        slopes = [derivative(expression, name) for name in names]
+        if len(names) == 1 and names.issubset(coordinates) and names.isdisjoint(slopes[0].names):
+            (name,) = names
+            value = expand(symbol(name) - expression / slopes[0])
+            tied[name] = to_tree(value)
+            tied[velocity(name)] = to_tree(derivative(value, TIME))
+    return tied
 
 
 def _relative(tolerance: Tolerance) -> float | None:
