@@ -175,6 +175,8 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     pairs = [(a, b) for a, b in zip(own, right, strict=True) if a is not None and b is not None]
     if len(pairs) < LEAST_POINTS:
         return [Finding("outside_tolerance")]
+    if any(not math.isfinite(float(value)) for value, _ in pairs):
+        return [Finding("outside_tolerance", detail="its values are beyond the range of numbers")]
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
