@@ -29,8 +29,10 @@ from rigidcli.homework.base import (
     Tree,
     Unreadable,
 )
+from rigidcli.homework.doubts import doubt_of_sides, doubt_of_words, lists_before
 from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
+from rigidcli.homework.numbers import CONTRADICTION
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.variants import words
 from rigidcli.homework.workers import each
@@ -39,6 +41,9 @@ from rigidcli.suggestions import guess
 
 SECONDS = 2.0  # of the processor that one answer may take, so that others have time, too
 LONGEST_ANSWER = 2000  # characters of an answer that reports repeat
+# Kinds of one value, and of several, in which what stands left of `=` is a name.
+SINGLE = ("number", "quantity", "expression")
+LISTS = ("vector", "moments", "matrix", "tensor")
 LOST = Outcome.review("this student is not in the roster, and so the values of the questions are unknown")
 
 
@@ -159,7 +164,25 @@ def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
         is_it = _by_key(item.kind, key, answer)[0].verdict == "correct"
         if is_it and credit >= outcome.share:
             outcome = Outcome.earning(credit, Finding("accepted", detail=message))
-    return outcome, read.read_as
+    return _doubted(item, answer, outcome), read.read_as
+
+
+def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
+    """The outcome, or `review` where words or a left side say that the value is not what was asked for."""
+    kind = item.kind
+    if not isinstance(answer, str) or kind.name == "choice" or outcome.verdict in ("review", "invalid"):
+        return outcome
+
+    def verdict(text: str) -> str:
+        return _by_key(kind, item.key, text)[0].verdict
+
+    doubt, is_list = doubt_of_words(answer), kind.name in LISTS
+    if not doubt and kind.name in (*SINGLE, *LISTS):
+        doubt = doubt_of_sides(answer, lambda side: verdict(side) == "correct", is_list=is_list)
+    if not doubt and is_list and outcome.verdict == "correct":
+        are_equal = {verdict(each) for each in lists_before(answer)} <= {"correct", "invalid"}
+        doubt = "" if are_equal else CONTRADICTION
+    return Outcome.review(doubt) if doubt else outcome
 
 
 def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnswer]:
