@@ -2,6 +2,7 @@
 
     doubt_of_words("not: 20.8 rad/s")               # words that take the value back
     doubt_of_sides("l w = sqrt(g/l)", is_right, is_list=False)  # the value of another quantity than w
+    told_apart("H = T + V where V = m g z")         # ("H = T + V", {"V": "m g z"})
 
 A name before the value is no doubt, nor are words that only announce it.
 """
@@ -14,7 +15,7 @@ from contextlib import suppress
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.language.latex import plain
-from rigidcli.language.typed import slopes, statements, undecorated
+from rigidcli.language.typed import LONGEST_DECORATED, cut, slopes, statements, undecorated
 from rigidcli.language.words import said
 
 # --- words ahead of the value
@@ -119,3 +120,49 @@ def lists_before(text: str) -> list[str]:
     """The lists in a chain of equalities before its last member: `(1, 2) = (3, 4)`."""
     chains = _chains(text)
     return [each for each in chains[0][:-1] if re.search(r"[\d)\]]\s*,", each)] if len(chains) == 1 else []
+
+
+# --- definitions behind an answer
+
+_WHERE = re.compile(rf"[\s,;.]\(?{said('where')}[\s:]+(?=[^=]*=)", re.IGNORECASE)
+# A letter that is explained in words: `where h is the distance`, `with M the mass`.
+_EXPLAINED = re.compile(
+    rf"(?i)(?<=[\w)\]}}²³])[\s,;.]{{1,4}}{said('where')}\s+[^\W\d]\w{{0,5}},?\s+(?:{said('is')}|{said('article')})\s"
+    rf"(?![^\n]*{said('not', 'denied', 'wrong')})[^\d=]*\Z"
+)
+_NEXT = re.compile(rf"[\n;]|(?:,|\s{said('and')})\s*(?=[^=,;]*=)")
+_NAME = re.compile(r"\s*([^\W\d_]\w*)\s*")
+
+
+def told_apart(text: str) -> tuple[str, dict[str, str]]:
+    """An answer without what defines its letters behind `where` or `with`, and these definitions by name.
+
+    A text that begins with such a word has its answer behind it, and is left whole.
+    """
+    where = _WHERE.search(text)
+    # What may be a formula has a digit, a sign of equality or a single letter.
+    if where is None or not re.search(r"[=\d]|(?<![^\W_])[^\W\d_](?![^\W_])", text[: where.start()]):
+        return _EXPLAINED.sub("", text), {}
+    defined = dict[str, str]()
+    with suppress(ExpressionError):
+        for each in cut(plain(_WHERE.sub(", ", text[where.end() :])), _NEXT):
+            left, *_, right = each.split("=") if "=" in each else ("", "")
+            if name := _NAME.fullmatch(left):
+                defined[name[1]] = right.strip(" .")
+    return text[: where.start()], defined
+
+
+def with_definitions(text: str, defined: dict[str, str]) -> str:
+    """The answer with its letters written out as they are defined. Raises ExpressionError."""
+    left, equals, right = plain(text).rpartition("=")
+    for name, meaning in defined.items():
+        parts = re.split(rf"(?<![^\W\d]){re.escape(name)}(?!\w)", right)
+        right = f"({meaning})".join(parts)
+        if len(right) > LONGEST_DECORATED:  # each definition may double it
+            raise ExpressionError("it is too long with its definitions")
+    return f"{left}{equals}{right}"
+
+
+def is_defined_again(text: str, defined: dict[str, str]) -> bool:
+    """Whether a definition behind an answer has the name that the answer has."""
+    return any(name.strip() in defined for name, *_ in _chains(text))

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rigidcli.errors import printable, shortened, shown
+from rigidcli.errors import ExpressionError, printable, shortened, shown
 from rigidcli.fields.texts import safe_name
 from rigidcli.homework.answers import as_typed, capped, folded, read_answers
 from rigidcli.homework.base import (
@@ -29,7 +29,14 @@ from rigidcli.homework.base import (
     Tree,
     Unreadable,
 )
-from rigidcli.homework.doubts import doubt_of_sides, doubt_of_words, lists_before
+from rigidcli.homework.doubts import (
+    doubt_of_sides,
+    doubt_of_words,
+    is_defined_again,
+    lists_before,
+    told_apart,
+    with_definitions,
+)
 from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
 from rigidcli.homework.numbers import CONTRADICTION
@@ -189,7 +196,7 @@ def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnsw
     """The outcome by a key, and the answer as it was read."""
     read = ReadAnswer(None, "")
     try:
-        read = kind.read(key, answer)
+        read = _read(kind, key, answer)
         return Outcome.review(read.doubt) if read.doubt else kind.judge(key, read.value), read
     except Unreadable as unreadable:
         return unreadable.outcome, read
@@ -199,6 +206,26 @@ def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnsw
         return Unreadable("not_allowed").outcome, read
     except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
         return Outcome.review(f"it cannot be judged ({type(error).__name__})"), read
+
+
+def _read(kind: AnswerKind, key: Any, answer: Tree) -> ReadAnswer:
+    """An answer as its kind reads it; definitions of its letters behind it are not judged. Raises Unreadable.
+
+    Where a letter is none of the question's, its definition is put in.
+    """
+    own, defined = answer, dict[str, str]()
+    if isinstance(answer, str) and kind.name in (*SINGLE, *LISTS):
+        own, defined = told_apart(answer)
+    if defined and is_defined_again(own, defined):
+        return ReadAnswer(None, "", "the name of the answer is defined again behind it")
+    try:
+        return kind.read(key, own)
+    except Unreadable:
+        if not defined:
+            raise
+        with suppress(Unreadable, ExpressionError):
+            return kind.read(key, with_definitions(own, defined))
+        raise
 
 
 def _credited(item: Item, outcome: Outcome) -> Outcome:
