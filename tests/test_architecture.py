@@ -38,7 +38,7 @@ MOST_LINES = {
     "document": 3386,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
     "homework": 9460,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
-    "language": 2566,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "language": 2572,  # sentences around formulas; one reader, with readings; one pattern of numbers
     "mechanics": 2998,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 574,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2806,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -31,11 +31,15 @@ LONGEST_DECORATED = 4000
 # The pattern of a decimal number as people type it, without a sign and a power of ten.
 DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
 QUOTES = '"“”„‟«»`″'
+# A word of a sentence, such as `tension` and `d'inertie`.
+_WORDS_AHEAD = r"[^\W\d_]+(?:['’][^\W\d_]+)?['’]?"
 _BEFORE = rf"""(?xi) \A (?> \s* (?:
       {said("so")} [,:]?
     | (?:{said("article")}\s+)* {said("answer")} \.? \s* {said("is")}? (?:\s+{said("about")})? \s* [:=]?
     | {said("it")} \s+ {said("is")} | it's\b | c'est\b
-    | (?:[^\W\d_]+['’]?\s+){{1,7}} {said("is")} \s+ (?={said("about")}?\.?\s*[-+~≈]?\s*[\d([{{√\\.]|sqrt)
+    | (?:{_WORDS_AHEAD}\s+){{1,7}} {said("is")} \s+ (?={said("about")}?\.?\s*[-+~≈]?\s*[\d([{{√\\.$]|sqrt)
+    | (?:{_WORDS_AHEAD}\s+){{2,7}} {said("is")} \s+ (?!{said("a", "article")})
+        (?=[-+]?\s*[^\W\d]{{1,2}}(?:[_^(*/²³]|\s*[*/^]))
     | (?:(?!in\b)[^\W\d_]+\s+){{1,6}} [^\W\d_]+ \s* : \s* (?=[-+~≈]?\s*[\d(]) (?=[^:=]*\Z)
     | [a-z] \s+ {said("is")} \s+ (?=\S)
     | (?:i|we) \s+ {said("get")}
@@ -215,6 +219,8 @@ def last_member(text: str) -> tuple[str, list[str]]:
     for own, *values in (*told, *earlier):
         if own.strip() in ("", name.strip()):
             before += values
+        elif members and re.fullmatch(rf"{re.escape(name.strip())}\s*(?:\^|\*\*)\s*2", own.strip()):
+            before += [f"sqrt({value})" for value in values]  # `w^2 = 4, w = 2`
         elif not (members and _is_working(own.strip(), values, name.strip(), members)):
             raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
     if (earlier and not members) or len(cut(text, _AND)) > 1:
