@@ -497,6 +497,7 @@ from rigidcli.homework.judge import Item
 from rigidcli.homework.base import ReadAnswer
 from rigidcli.homework.hand_ins import Paper
 class Loop:
+    name = "loop"
     def loaded(self, answer, text_of):
         return answer
     def read(self, key, answer):
