@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 4681,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3386,  # cures for people who know other tools; constraints, observables
     "fields": 2057,  # a section reads on with the key that is meant
-    "homework": 9460,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
+    "homework": 9449,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
     "language": 2572,  # sentences around formulas; one reader, with readings; one pattern of numbers
     "mechanics": 2998,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 574,  # examples of keys, the words of a course, and sentences on the value of each key

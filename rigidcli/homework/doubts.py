@@ -116,12 +116,6 @@ def doubt_of_sides(text: str, is_right: Callable[[str], bool], *, is_list: bool)
     return "two values of the same name" if _is_told_twice(chains) else ""
 
 
-def lists_before(text: str) -> list[str]:
-    """The lists in a chain of equalities before its last member: `(1, 2) = (3, 4)`."""
-    chains = _chains(text)
-    return [each for each in chains[0][:-1] if re.search(r"[\d)\]]\s*,", each)] if len(chains) == 1 else []
-
-
 # --- definitions behind an answer
 
 _WHERE = re.compile(rf"[\s,;.]\(?{said('where')}[\s:]+(?=[^=]*=)", re.IGNORECASE)

@@ -33,13 +33,11 @@ from rigidcli.homework.doubts import (
     doubt_of_sides,
     doubt_of_words,
     is_defined_again,
-    lists_before,
     told_apart,
     with_definitions,
 )
 from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
-from rigidcli.homework.numbers import CONTRADICTION
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.variants import words
 from rigidcli.homework.workers import each
@@ -186,9 +184,6 @@ def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
     doubt, is_list = doubt_of_words(answer), kind.name in LISTS
     if not doubt and kind.name in (*SINGLE, *LISTS):
         doubt = doubt_of_sides(answer, lambda side: verdict(side) == "correct", is_list=is_list)
-    if not doubt and is_list and outcome.verdict == "correct":
-        are_equal = {verdict(each) for each in lists_before(answer)} <= {"correct", "invalid"}
-        doubt = "" if are_equal else CONTRADICTION
     return Outcome.review(doubt) if doubt else outcome
 
 
