@@ -257,7 +257,8 @@ def test_points_follow_from_the_name_of_the_question_and_the_answer() -> None:
     st.fractions(Fraction(1, 40), 40, max_denominator=40),
     st.integers(2, 6),
     st.floats(-4.9, 4.9),
-    st.sampled_from(["{}*m*x^2 + k*y", "m*(x + {}*y)^2/2", "k*sin({}*x)/m", "m*x^2/({}*k) + 1.00*y"]),
+    # With a second decimal, the last digit of either may make up for an error of the other.
+    st.sampled_from(["{}*m*x^2 + k*y", "m*(x + {}*y)^2/2", "k*sin({}*x)/m", "m*x^2/({}*k) + y"]),
 )
 def test_a_decimal_is_right_where_it_is_the_nearest(
     number: Fraction, figures: int, off: float, form: str
@@ -271,8 +272,8 @@ def test_a_decimal_is_right_where_it_is_the_nearest(
     assume(typed > 0 and distance and abs(2 * distance / unit - 1) > Fraction(1, 1000))
     assume(abs(50 * distance / typed - 1) > Fraction(1, 1000))
     item = FORMULA.literal(form.format(f"({number})"), symbols=dict(NAMES.domains))
-    # One that is cut instead of rounded is off by less than one unit; it is open where that is nearly so.
-    assume(distance == unit or abs(distance / unit - 1) > Fraction(1, 20))
+    # One that is cut instead of rounded is off by less than one unit; near to one, the table holds cases.
+    assume(abs(distance / unit - 1) > Fraction(1, 20))
     right = (distance < unit / 2 or 0 < number - typed < unit) and distance < typed / 50
     assert is_right(item, form.format(f"{float(typed):.{decimals}f}")) == right
 
