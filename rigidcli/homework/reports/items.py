@@ -1,25 +1,22 @@
 """Statistics of the questions over a class, and the differences between two runs.
 
 Many who err alone err differently. A wrong answer that several students share, and that no known mistake
-leads to, is a reason to look at the key. Two students who share several wrong answers that hardly anybody
-else has given are a reason to look at both. Only what students wrote is shown, never a reference value.
+leads to, is a reason to look at the key. Only what students wrote is shown, never a reference value.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import combinations
-from statistics import correlation, fmean
 from typing import NamedTuple, TypeAlias
 
 import orjson
 
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.fields.texts import safe_name
-from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
+from rigidcli.homework.base import VERDICTS, Judgement, Verdict
 from rigidcli.homework.reports import formats
 from rigidcli.homework.reports.formats import ReportStyle, block, excerpt, json_line, painted
 from rigidcli.homework.spreadsheets import read_own
@@ -37,10 +34,6 @@ UNNAMED = {
 # alike may differ.
 TRAJECTORY = ("{file:", "{csv:")
 _NUMBER = re.compile(rf"(?<![A-Za-z_0-9.]){UNSIGNED}(?![A-Za-z_0-9.])")
-# A wrong answer is rare if at most three students gave it, or at most one in forty of a large class.
-RARE, SHARE_OF_RARE = 3, 40
-MANY_SHARED = 3  # questions with the same rare wrong answer from which on students are named
-LEAST_CLASS = 3  # students for a correlation: of two it is always 1 or -1
 
 
 class Taken(NamedTuple):
@@ -60,23 +53,13 @@ class Taken(NamedTuple):
 class Tally(NamedTuple):
     """The answers to one question: how many have each verdict, and those that are not right.
 
-    These begin with what waits for a person; the most frequent ones come first. `right` is the share of right
-    answers, and `correlation` tells how they go with the rest of the score; None where there is none.
+    These begin with what waits for a person; the most frequent ones come first.
     """
 
     question: str
     verdicts: dict[Verdict, int]
     suspicious: bool
     answers: tuple[Taken, ...]
-    right: float | None = None
-    correlation: float | None = None
-
-
-class Alike(NamedTuple):
-    """Students who have given the same rare wrong answers to several questions."""
-
-    students: tuple[str, ...]
-    questions: tuple[str, ...]
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
@@ -88,13 +71,13 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 
 def _tally(id: str, students: Sequence[Judgement]) -> Tally:
-    given = [(own, student) for student in students for own in student.questions if own.id == id]
+    given = [own for student in students for own in student.questions if own.id == id]
     counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
-    counts |= Counter(each.verdict for each, _ in given)
+    counts |= Counter(each.verdict for each in given)
     # A key is not wrong because one slip is popular: it must be half as popular as the key.
     least = max(3, counts["correct"] / 2)
     typed, taken = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...], str]]()
-    for each, _ in given:
+    for each in given:
         if each.answer and each.verdict not in ("correct", "missing"):
             answer = typed.setdefault(_same(each.answer), each.answer)
             taken[answer, each.verdict, each.codes, words(each.values)] += 1
@@ -105,62 +88,7 @@ def _tally(id: str, students: Sequence[Judgement]) -> Tally:
         doubted = count >= least and set(codes) <= UNNAMED and not answer.startswith(TRAJECTORY)
         answers.append(Taken(printable(answer), count, verdict, codes, doubted, printable(values)))
     doubted = any(answer.suspicious for answer in answers)
-    return Tally(printable(id), counts, doubted, tuple(answers), *_analysis(given))
-
-
-def _analysis(given: Sequence[tuple[Judged, Judgement]]) -> tuple[float | None, float | None]:
-    """The share of right answers to a question, and their correlation with the rest of the score.
-
-    The latter is the point-biserial correlation of x, which is 1 for a right answer and else 0, and the score
-    y in all other questions,
-
-        r = (mean of y where x = 1 - mean of y where x = 0) / s * sqrt(p (1 - p)),
-
-    where p is the share of right answers and s the standard deviation of y (the root of the mean square).
-    It is Pearson's correlation of x and y: see the notes of scipy.stats.pointbiserialr. The question itself
-    is not in y, as it would go with itself: S. Henrysson, Psychometrika 28 (1963) 211. It is None where x or
-    y is the same for all, and for fewer than three students.
-
-    Who has answered nothing does not count, nor, for this question, whose answer waits for a person. A partly
-    right answer is not right.
-    """
-    right, rest = list[float](), list[float]()
-    for own, student in given:
-        took_part = any(each.answer or each.verdict in ("correct", "partial") for each in student.questions)
-        if took_part and own.verdict != "review":
-            right.append(float(own.verdict == "correct"))
-            rest.append(round(student.score - own.score, PLACES))
-    varies = len(right) >= LEAST_CLASS and len(set(right)) > 1 and len(set(rest)) > 1
-    share = fmean(right) if right else None
-    return share, round(correlation(right, rest), PLACES) if varies else None
-
-
-def alike(judgements: Iterable[Judgement]) -> tuple[Alike, ...]:
-    """The students who share rare wrong answers to MANY_SHARED questions or more, those first who share most.
-
-    Values of variants do not matter: a wrong answer that belongs to the values of another says even more.
-    """
-    students = [*judgements]
-    gave = defaultdict[tuple[str, str], set[int]](set)
-    for number, student in enumerate(students):
-        for question in student.questions:
-            is_wrong = question.verdict in ("partial", "incorrect", "invalid") and bool(question.answer)
-            if is_wrong and not question.answer.startswith(TRAJECTORY):
-                gave[question.id, _same(question.answer)].add(number)
-    most = max(RARE, len(students) // SHARE_OF_RARE)
-    shared = defaultdict[tuple[int, int], list[tuple[str, str]]](list)
-    for answer, who in gave.items():
-        for pair in combinations(sorted(who), 2) if len(who) <= most else ():
-            shared[pair].append(answer)
-    found: dict[tuple[int, ...], tuple[str, ...]] = {}
-    for answers in shared.values():
-        if len(answers) >= MANY_SHARED:
-            who = set.intersection(*(gave[answer] for answer in answers))
-            found.setdefault(tuple(sorted(who)), tuple(printable(id) for id, _ in answers))
-    return tuple(
-        Alike(tuple(printable(students[number].student) for number in who), questions)
-        for who, questions in sorted(found.items(), key=lambda entry: (-len(entry[1]), entry[0]))
-    )
+    return Tally(printable(id), counts, doubted, tuple(answers))
 
 
 def _same(answer: str) -> str:
@@ -168,12 +96,9 @@ def _same(answer: str) -> str:
     return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
 
 
-def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
-    """A block for each question: its counts, then the answers that are not right; then who is alike."""
+def table(tallies: Sequence[Tally], style: ReportStyle) -> Iterator[str]:
+    """A block for each question: its counts, then the answers that are not right."""
     for tally in tallies:
-        said = [formats.counted(tally.verdicts)]
-        said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
-        said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
         widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
         rows = []
         for taken in tally.answers[:MOST_SHOWN]:
@@ -182,28 +107,21 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
             lines = filter(None, [answer, ", ".join(filter(None, notes))])
             heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
             rows.append(TextRow(heads, "\n".join(lines)))
-        yield block(((tally.question, "bold"), (f"  {'; '.join(said)}", "")), rows, style)
+        yield block(((tally.question, "bold"), (f"  {formats.counted(tally.verdicts)}", "")), rows, style)
         if len(tally.answers) > MOST_SHOWN:
             yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
     if doubted := ", ".join(tally.question for tally in tallies if tally.suspicious):
         doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
         yield "\n" + block((), [TextRow(((doubted, ""),), doubt)], style)
-    for each in pairs:
-        shared = f"the same rare wrong answers to {', '.join(each.questions)}: a hint to look, not a verdict"
-        row = TextRow(((", ".join(each.students), ""),), shared)
-        yield "\n" * (each is pairs[0]) + block((), [row], style)
 
 
-def json(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
-    """One compact object a question, one a line, and one for students who are alike."""
+def json(tallies: Sequence[Tally], style: ReportStyle) -> Iterator[str]:
+    """One compact object a question, one a line."""
     names = _columns(tallies)
     for tally in tallies:
         entry = {"schema": "rigidcli.items/1", "question": tally.question} | tally.verdicts
         answers = [dict(zip(names, answer, strict=False)) for answer in tally.answers]
-        analysis = {"right": tally.right, "correlation": tally.correlation}
-        yield json_line(entry | {"suspicious": tally.suspicious, "answers": answers} | analysis)
-    for each in pairs:
-        yield json_line({"schema": "rigidcli.alike/1"} | each._asdict())
+        yield json_line(entry | {"suspicious": tally.suspicious, "answers": answers})
 
 
 def _columns(tallies: Sequence[Tally]) -> Sequence[str]:
@@ -212,24 +130,23 @@ def _columns(tallies: Sequence[Tally]) -> Sequence[str]:
     return Taken._fields if has_values else Taken._fields[:-1]
 
 
-def csv(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+def csv(tallies: Sequence[Tally], style: ReportStyle) -> Iterator[str]:
     """A row for each answer that is not right, with the counts of its question; one where there is none."""
     names = _columns(tallies)
     rows = (
-        (tally.question, *tally.verdicts.values(), *answer[: len(names)], tally.right, tally.correlation)
+        (tally.question, *tally.verdicts.values(), *answer[: len(names)])
         for tally in tallies
         for answer in tally.answers or [(None,) * len(names)]
     )
-    return formats.csv_rows(["question", *VERDICTS, *names, "right", "correlation"], rows, style)
+    return formats.csv_rows(["question", *VERDICTS, *names], rows, style)
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}
 
 
 def render(format: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
-    """The statistics of the questions, and students who are alike, in a format."""
-    students = [*judgements]
-    return TEXTS[format](tally(students), style, alike(students))
+    """The statistics of the questions in a format."""
+    return TEXTS[format](tally(judgements), style)
 
 
 # --- two runs
