@@ -115,6 +115,14 @@ class Task(NamedTuple):
     size: int = 1
     starts: range | None = None
 
+    def settings(self, point: Sequence[str]) -> list[str]:
+        """The values at a point of the sweep as texts `KEY=VALUE`; none without a sweep, or a point."""
+        return self.sweep.settings(point) if self.sweep is not None and point else []
+
+    def failure(self, error: RigidError | MemoryError, point: Sequence[str]) -> Failure:
+        """The failure at a point by this error."""
+        return failure(error, self.source)._replace(place=", ".join(self.settings(point)))
+
     def cut(self, size: int) -> Iterator[Task]:
         """Tasks with so many of the places each; the first one keeps the notes."""
         for begin in range(0, len(self.places), size):
@@ -217,10 +225,8 @@ def answers(task: Task, work: Work, is_watched: bool = False) -> Iterator[Answer
     """The answers to a task, several for an ensemble; progress is shown where it `is_watched`."""
     if isinstance(task.draft, Failure):
         found = iter([Answer(task.source, task.draft)])
-    elif task.sweep is not None:
-        found = _of_sweep(task, task.draft, task.sweep, work)
     else:
-        found = _of_document(task, task.draft, work, is_watched)
+        found = _answers(task, task.draft, work, is_watched)
     for answer in found:
         yield answer._replace(notes=[*task.about, *answer.notes])
 
@@ -232,59 +238,50 @@ def lost(task: Task) -> Answer:
     return Answer(task.source, failure(error, task.source))
 
 
-def _of_document(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator[Answer]:
-    files = tuple[Any, ...]()
-    try:
-        with progress(PULSE, is_watched):  # a large file takes seconds
-            document = read(draft)
-        files = tuple(document.files)
-        if document.ensemble is not None and work.command.section:
-            yield from _of_ensemble(document, work, task.starts)
-            return
-        report = work.run(document, is_watched)
-        kept = work.kept_letters(document, work.settings)
-        yield work.answer(replace(report, notes=(*report.notes, *kept)), files)
-    except (RigidError, MemoryError) as error:
-        yield Answer(task.source, failure(error, task.source), files=files)
-
-
-def _of_sweep(task: Task, draft: Draft, sweep: Sweep, work: Work) -> Iterator[Answer]:
-    """The answers at some points of a sweep; their orbits are followed at once where that is possible."""
+def _answers(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator[Answer]:
+    """The answers at the places of a task; their orbits are followed at once where that is possible."""
     points: list[tuple[Sequence[str], Document | Failure]] = []
     for place in task.places:
-        settings = list[str]()
+        point: Sequence[str] = ()
         try:
-            values = sweep.point(place)
-            settings = sweep.settings(values)
-            points.append((values, read(draft, settings)))
+            point = () if task.sweep is None else task.sweep.point(place)
+            with progress(PULSE, is_watched):  # a large file takes seconds
+                points.append((point, read(draft, task.settings(point))))
         except (RigidError, MemoryError) as error:
-            points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
-    from rigidcli.studies.common import RESULTS
-
-    of_any_study = {entry.key: entry.unit for results in RESULTS.values() for entry in results}
-    orbits: Iterator[OrbitSolution | None] = repeat(None)
+            points.append((point, task.failure(error, point)))
+    followed: Iterator[OrbitSolution | None] = repeat(None)
     if len(points) > 1 and work.command.name == "hamilton":
         from rigidcli.studies.hamilton.many_orbits import swept
 
-        orbits = iter(swept([one for _, one in points if not isinstance(one, Failure)]))
+        followed = iter(swept([one for _, one in points if not isinstance(one, Failure)]))
     for point, document in points:
         if isinstance(document, Failure):
             yield Answer(task.source, document)
             continue
-        files, orbit = tuple(document.files), next(orbits)
+        files, orbit = tuple(document.files), next(followed)
         known: dict[str, Any] = {} if orbit is None else {"followed": orbit}
         try:
-            report = work.run(document, **known)
-            units = of_any_study | {entry.key: entry.unit for entry in report.fields}
-            fields = (
-                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
-                for name, value, unit in sweep.swept(point, document.exact_results)
-            )
-            kept = work.kept_letters(document, [*work.settings, *sweep.settings(point)])
-            yield work.answer(replace(report, swept=tuple(fields), notes=(*report.notes, *kept)), files)
+            if document.ensemble is not None and work.command.section:
+                yield from _of_ensemble(document, work, task.starts)
+                continue
+            report = work.run(document, is_watched, **known)
+            fields = () if task.sweep is None else _swept(task.sweep, point, document, report)
+            kept = work.kept_letters(document, [*work.settings, *task.settings(point)])
+            yield work.answer(replace(report, swept=fields, notes=(*report.notes, *kept)), files)
         except (RigidError, MemoryError) as error:
-            failed = failure(error, task.source)._replace(place=", ".join(sweep.settings(point)))
-            yield Answer(task.source, failed, files=files)
+            yield Answer(task.source, task.failure(error, point), files=files)
+
+
+def _swept(sweep: Sweep, point: Sequence[str], document: Document, report: Report) -> tuple[Field, ...]:
+    """The swept keys as results, with the units of results of the same names."""
+    from rigidcli.studies.common import RESULTS
+
+    units = {entry.key: entry.unit for results in RESULTS.values() for entry in results}
+    units |= {entry.key: entry.unit for entry in report.fields}
+    return tuple(
+        Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
+        for name, value, unit in sweep.swept(point, document.exact_results)
+    )
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
