@@ -124,12 +124,13 @@ def explain(path: _Path = None) -> None:
 
     Example: rigidcli explain body.shape.cone
     """
-    from rigidcli.reference.pages import explain as page
-    from rigidcli.reference.pages import overview
+    from rigidcli.reference import pages
 
     failures = Failures()
     with failures.of("explain"), Output(None) as target:
-        target.write(overview() if path is None else page(path))
+        columns, _ = target.terminal()
+        width = pages.width_for(columns)
+        target.write(pages.overview(width) if path is None else pages.explain(path, width))
     raise typer.Exit(failures.code)
 
 

@@ -154,10 +154,10 @@ def _others() -> Iterator[Entry]:
     for name, value in CONSTANTS.items():
         yield Entry(("functions", name), f"{value:.16g}")
     taken = "the first that is right; in a document the one whose names and dimension fit, if there is one"
-    yield Entry(("notation",), "how what people type is read", facts={"taken": taken})
+    yield Entry(("notation",), "what people type, and its readings", facts={"taken": taken})
     for each in NOTATION:
         readings = "; or ".join(each.readings) + " (answers)" * (each.document == "refused")
-        yield Entry(("notation", each.typed), readings)
+        yield Entry(("notation", each.typed), readings, "typed, and read as (the most usual first)")
     yield Entry(("mistakes",), "what `check` may say")
     for code, sentence in CODES.items():
         yield Entry(("mistakes", code), sentence)

@@ -1,4 +1,4 @@
-"""The pages of `explain`, for a terminal of 80 columns."""
+"""The pages of `explain`, as wide as the terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from rigidcli.errors import UsageError, ValueProblem, shown
 from rigidcli.fields.words import shapes_called
 from rigidcli.suggestions import did_you_mean, nearest
 
-PAGE_WIDTH = 80  # characters in a line of a page, as in the narrowest terminal that people use
+WIDTH = 80  # characters in a line of a page that no terminal shows
+# In wider terminals lines stay as short as people like to read; in narrower ones two columns need as much.
+LEAST_WIDTH, MOST_WIDTH = 60, 120
+LONGEST_NAME = 32  # characters of a name that stands beside what it is
 ENTRIES = Path(__file__).with_name("entries.json")  # the file with all entries
 EXAMPLE_PATHS = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
 
@@ -43,19 +46,25 @@ def stored() -> list[Entry]:
     return [Entry(tuple(path), *rest) for path, *rest in json.loads(ENTRIES.read_text("utf-8"))]
 
 
-def overview() -> str:
+def width_for(terminal: int | None) -> int:
+    """The width of pages in a terminal of so many columns; None is no terminal."""
+    return WIDTH if terminal is None else min(max(terminal, LEAST_WIDTH), MOST_WIDTH)
+
+
+def overview(width: int = WIDTH) -> str:
     """The page of `explain` without a path: the topics, and examples."""
     topics = [(entry.path[0], entry.text) for entry in stored() if len(entry.path) == 1]
     return _page(
         _paragraph(
-            "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject."
+            "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject.",
+            width,
         ),
-        _rows(topics),
+        _rows(topics, width),
         "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLE_PATHS),
     )
 
 
-def explain(path: str) -> str:
+def explain(path: str, width: int = WIDTH) -> str:
     """The pages of a path, or of all that has this name. Raises UsageError for an unknown name.
 
     Indices of lists may stand in the path, and so may the way to a body within another one.
@@ -76,7 +85,7 @@ def explain(path: str) -> str:
             matches = [_unit(path)]
     shapes = [("body", "shape", shape) for shape in shapes_called(path)]
     if matches := matches or [entry for entry in every if entry.path[1:] in shapes]:
-        return "\n".join(_pages(matches))
+        return "\n".join(_pages(matches, width))
     raise UsageError(
         f"nothing is called {shown(path)}{did_you_mean(_near(path))}",
         hint="`rigidcli explain` lists what there is",
@@ -123,7 +132,7 @@ def _called(steps: tuple[str, ...]) -> list[Entry]:
     )
 
 
-def _pages(matches: Sequence[Entry]) -> list[str]:
+def _pages(matches: Sequence[Entry], width: int) -> list[str]:
     """The pages of entries; those that say the same share one."""
     alike: dict[str, list[str]] = {}
     for entry in matches:
@@ -132,37 +141,40 @@ def _pages(matches: Sequence[Entry]) -> list[str]:
         if entry.path != ("assignment",):  # its page shows the keys of all its sections
             below = [other for other in below if len(other.path) == depth + 1]
         groups = [
-            (f"{_paragraph(group)}\n" if group else "")
+            (f"{_paragraph(group, width)}\n" if group else "")
             + _rows(
                 [
                     (".".join(other.path[depth:]), other.row or other.text)
                     for other in below
                     if other.group == group
-                ]
+                ],
+                width,
             )
             for group in dict.fromkeys(other.group for other in below)
         ]
-        facts = _rows([fact for fact in entry.facts.items() if fact[1]])
+        facts = _rows([fact for fact in entry.facts.items() if fact[1]], width)
         example = entry.example and f"Example:\n{indent(entry.example, '  ')}"
-        heads = alike.setdefault(_page(_paragraph(entry.text), *groups, facts, example), [])
+        heads = alike.setdefault(_page(_paragraph(entry.text, width), *groups, facts, example), [])
         is_plain = entry.path[0] in ("document", "results", "subjects")
         head = ".".join(entry.path[1:] if is_plain else entry.path)
         heads.append(head or entry.path[0])
-    return [_page(_paragraph(", ".join(dict.fromkeys(heads))), page[:-1]) for page, heads in alike.items()]
+    return [
+        _page(_paragraph(", ".join(dict.fromkeys(heads)), width), page[:-1]) for page, heads in alike.items()
+    ]
 
 
-def _paragraph(text: str) -> str:
-    return textwrap.fill(" ".join(text.split()), PAGE_WIDTH, break_on_hyphens=False)
+def _paragraph(text: str, width: int) -> str:
+    return textwrap.fill(" ".join(text.split()), width, break_on_hyphens=False)
 
 
-def _rows(entries: Sequence[tuple[str, str]], most: int = 32) -> str:
-    """Names and what they are, side by side; a name longer than `most` has a line of its own."""
-    widest = max((len(name) for name, _ in entries if len(name) <= most), default=0)
+def _rows(entries: Sequence[tuple[str, str]], width: int) -> str:
+    """Names and what they are, side by side; a name that is longer than others has a line of its own."""
+    widest = max((len(name) for name, _ in entries if len(name) <= LONGEST_NAME), default=0)
     margin = " " * (widest + 4)
     lines = []
     for name, text in entries:
         words = " ".join(text.split())
-        filled = textwrap.wrap(words, PAGE_WIDTH - len(margin), break_on_hyphens=False) or [""]
+        filled = textwrap.wrap(words, width - len(margin), break_on_hyphens=False) or [""]
         first = [] if len(name) > widest and text else [f"  {name:{widest}}  {filled.pop(0)}".rstrip()]
         lines += [*(first or [f"  {name}"]), *(margin + line for line in filled)]
     return "\n".join(lines)
