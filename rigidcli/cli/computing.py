@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from functools import partial
+from inspect import Parameter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -98,6 +99,8 @@ def command_of(name: str) -> Callable[..., None]:
         "plot_kind": (Annotated[str | None, picture], None),
         **dict.fromkeys(("compare",) if row.section else ("samples", "duration")),
     }
+    if "body" not in row.needs:
+        changed["files"] = (Annotated[list[str], shared.files_of("Documents")], Parameter.empty)
     return shared.command(name, row.help, Asked, partial(_compute, row), changed)
 
 
@@ -130,7 +133,7 @@ def _compute(command: Command, asked: Asked) -> int:
     )
     for name, note in _unheeded(asked, form, picture):
         tell_notes(name, [note], asked.quiet)
-    from rigidcli.cli.work import Work  # which loads what reads documents, after wrong options are told
+    from rigidcli.cli.work import Work  # loads pydantic (60 ms), which wrong options need not wait for
 
     return _run(asked, Work(command, form, look, options, asked.exact, settings, named, asked.plot))
 

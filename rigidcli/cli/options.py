@@ -143,8 +143,13 @@ def format_option(formats: Any) -> Any:
     return typer.Option("-f", "--format", metavar="FORMAT", help=help, case_sensitive=False)
 
 
-FILES = "Documents, robots or bodies (.stl ...). `-` is standard input, `@files.txt` a list of names."
-Files = Annotated[list[str], typer.Argument(metavar="FILE", help=FILES)]
+def files_of(what: str) -> Any:
+    """The argument with the FILES of a command, and what they may be."""
+    help = f"{what}. `-` is standard input, `@files.txt` a list of names."
+    return typer.Argument(metavar="FILE", help=help)
+
+
+Files = Annotated[list[str], files_of("Documents, robots or bodies (.stl ...)")]
 OutputPath = Annotated[str | None, option("output", callback=check_path)]
 Settings = Annotated[list[str] | None, option("settings", callback=_check_settings)]
 Exact = Annotated[bool, option("exact")]
