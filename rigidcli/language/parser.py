@@ -345,7 +345,7 @@ class _Grammar:
             return [tree.Constant(name)]
         if words is None:
             return self.symbol(name, token)
-        if head := _HEAD.fullmatch(name):
+        if name not in SHORT and (head := _HEAD.fullmatch(name)):
             return self.named(self.put(token, *filter(None, head.groups())))
         if self.token.text == "**" and self.has_euler:
             if name in ("e", "E"):  # the second as Mathematica writes it
