@@ -303,28 +303,26 @@ def unit_of(text: str, dimension: Dimension | None) -> Unit:
     A unit in one word, such as `rads^-1`, is the product that fits. Without a dimension, as in a parameter,
     it needs a negative power and one reading: `ms^-2` may be `m/s^2`, and `1/ms^2`.
     """
-    has_negative_power = re.search("[-⁻−]", text) is not None
+    may_be_product = dimension is not None or re.search("[-⁻−]", text) is not None
     try:
         unit = parse_unit(text)
         if dimension is not None:
             check_dimension(unit.text, unit.dimension, dimension)
     except ValueProblem:
-        if dimension is None and not has_negative_power:
+        products = _products(text) if may_be_product else []
+        fitting = [each for each in products if dimension in (None, each.dimension)]
+        if len(fitting) != 1:
             raise
-        product = unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
-        if product is None:
-            raise
-        return product
-    own = unit.dimension
-    may_be_product = dimension is None and has_negative_power
-    if may_be_product and unit_in_one_word(text, lambda each: each.dimension != own):
+        return fitting[0]
+    others = _products(text) if dimension is None and may_be_product else []
+    if any(each.dimension != unit.dimension for each in others):
         hint = "a blank separates units, as in `m s^-2`; milliseconds stand below a bar, as in `1/ms^2`"
         raise ValueProblem(f"{shown(text)} can be read in two ways", hint=hint)
     return unit
 
 
-def unit_in_one_word(text: str, fits: Callable[[Unit], bool]) -> Unit | None:
-    """The unit `rad s^-1` for `rads^-1`, where one product alone fits; None for other texts."""
+def _products(text: str) -> list[Unit]:
+    """The units that a text may mean in which words may be products: `rad s^-1` for `rads^-1`."""
 
     def spelled(name: str, power: str) -> list[str]:
         known = [f"{name}{power}"] * is_unit(name)
@@ -335,9 +333,8 @@ def unit_in_one_word(text: str, fits: Callable[[Unit], bool]) -> Unit | None:
 
     plain = re.sub(SUPERSCRIPT, lambda raised: "^" + raised[0].translate(LOWERED), text)
     with suppress(ValueProblem):
-        fitting = [unit for unit in unit_readings(plain, spelled) if fits(unit)]
-        return replace(fitting[0], text=text.strip()) if len(fitting) == 1 else None
-    return None
+        return [replace(unit, text=text.strip()) for unit in unit_readings(plain, spelled)]
+    return []
 
 
 # --- quantities as they are typed
