@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
 from rigidcli.document.yaml_reader import TITLES, decimal, read_tree, read_value
@@ -123,7 +123,6 @@ class Draft:
 
     `lines`: the line of every key and entry in the `text`. `folder`: names of files are relative to it.
     `exact`: decimals are rationals, and parameters without a value are symbols.
-    `settings`: texts `KEY=VALUE` of `--set` that are not yet in the tree.
     `options`: the names of options that set a key, by the key.
     `changed`: the options that have set values in the tree, by their paths; `typed`: these settings.
     `form`: the key of `body` for a file that is a body. `link`: a link of a robot.
@@ -135,7 +134,6 @@ class Draft:
     lines: Mapping[Path, int] = field(default_factory=dict)
     folder: str = ""
     exact: bool = False
-    settings: Sequence[str] = ()
     options: Mapping[str, str] = field(default_factory=dict)
     changed: Mapping[Path, str] = field(default_factory=dict)
     typed: tuple[str, ...] = ()
@@ -156,11 +154,6 @@ class Draft:
     def absolute(self) -> Self:
         """The same draft with an absolute folder, for a process in another folder."""
         return replace(self, folder=str(pathlib.Path(self.folder).absolute()))
-
-    @cached_property
-    def settled(self) -> Self:
-        """The draft with its settings in the tree. Raises DocumentError and UsageError."""
-        return self.changed_by(self.settings)
 
     def changed_by(self, settings: Sequence[str], option: str = "--set") -> Self:
         """The draft with these values of `KEY=VALUE` in its tree. Raises DocumentError and UsageError."""
@@ -224,7 +217,8 @@ class Draft:
         return Problem(source, problem.message, key=key, hint=hint, code=problem.code)
 
 
-def of_text(text: str, source: str, folder: str = "", **options: Any) -> Draft:
-    """The draft of a text in YAML. Raises DocumentError."""
+def of_text(text: str, source: str, folder: str = "", settings: Sequence[str] = (), **options: Any) -> Draft:
+    """The draft of a text in YAML with these settings. Raises DocumentError and UsageError."""
     lines: dict[Path, int] = {}
-    return Draft(source, read_tree(text, source, decimal, lines), text, lines, folder, **options)
+    tree = read_tree(text, source, decimal, lines)
+    return Draft(source, tree, text, lines, folder, **options).changed_by(settings)

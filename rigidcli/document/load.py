@@ -7,7 +7,7 @@ import pathlib
 import random
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from decimal import Decimal
@@ -62,8 +62,8 @@ class Drafts(NamedTuple):
     cure: str | None = None
 
 
-def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
-    """The drafts of the documents in a file; options as in `load`. Raises DocumentError.
+def drafts(path: str | os.PathLike[str], settings: Sequence[str] = (), **options: Any) -> Drafts:
+    """The drafts of the documents in a file; options as in `load`. Raises as `load`.
 
     A robot description has a document for each link, any other file is one document.
     """
@@ -73,18 +73,19 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     folder = "" if name == STDIN else os.path.dirname(name)  # noqa: PTH120 - a Path takes ten times as long
     if (form := body_form(name)) is not None:
         tree = {"body": {form: pathlib.PurePath(name).name}}
-        return Drafts([Draft(source, tree, folder=folder, form=form, **options)], ())
+        draft = Draft(source, tree, folder=folder, form=form, **options)
+        return Drafts([draft.changed_by(settings)], ())
     text = read_text(name, source)
     if not is_robot(name):
-        return Drafts([of_text(text, source, folder, **options)], ())
-    robot = robot_drafts(text, source, folder, **options)
+        return Drafts([of_text(text, source, folder, settings, **options)], ())
+    robot = robot_drafts(text, source, folder, settings, **options)
     if not robot.each:
         message = "; ".join(["no link has a mass that is written", *robot.notes])
         raise DocumentError([Problem(source, message, hint=robot.cure)])
     return robot
 
 
-def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
+def robot_drafts(text: str, source: str, folder: str, settings: Sequence[str] = (), **options: Any) -> Drafts:
     """Drafts of the links that have a mass or a problem. Raises DocumentError where `text` is not a robot."""
     from rigidcli.bodies.robot_formats import read_robot  # with expat
 
@@ -99,7 +100,8 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         lines: dict[Path, int] = {(): link.line, ("body",): link.line_of("inertia")}
         lines |= {("body", key): line for key, line in link.lines.items()}
         tree = {"name": link.name, "body": link.body}
-        links.append(Draft(link.source, tree, text, lines, folder, link=link, **options))
+        draft = Draft(link.source, tree, text, lines, folder, link=link, **options)
+        links.append(draft.changed_by(settings) if link.problem is None else draft)
     notes = [
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {first_few(names)}"
         for reason, names in without.items()
@@ -189,14 +191,14 @@ def plain(value: Any) -> Any:
 
 def is_exact(draft: Draft, swept: Sequence[str]) -> bool:
     """Whether the document with these swept values is computed exactly. Raises as `load`."""
-    return draft.exact or draft.settled.changed_by(swept, SWEEP).has_symbols
+    return draft.exact or draft.changed_by(swept, SWEEP).has_symbols
 
 
 def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     """The document with these swept values, which are texts `KEY=VALUE`. Raises as `load`."""
     if draft.link is not None and draft.link.problem is not None:
         raise DocumentError([draft.link.problem])
-    given = draft.settled.changed_by(swept, SWEEP)
+    given = draft.changed_by(swept, SWEEP)
     if not isinstance(given.tree, dict):
         raise DocumentError([_no_mapping(given)])
     exact = given.exact or given.has_symbols
@@ -209,7 +211,7 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     document = _document(given, exact)
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
-    return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
+    return tried(document, given)
 
 
 @lru_cache(maxsize=1)
@@ -221,8 +223,8 @@ def _without(draft: Draft, *paths: str) -> Document | None:
     keys = {split_setting(f"{path}=")[0][0] for path in paths}
     with suppress(DocumentError):
         if keys <= SECTIONS_READ_ALONE:
-            tree = {key: value for key, value in draft.settled.tree.items() if key not in keys}
-            return _document(replace(draft.settled, tree=tree), False, is_physical=False)
+            tree = {key: value for key, value in draft.tree.items() if key not in keys}
+            return _document(replace(draft, tree=tree), False, is_physical=False)
     return None
 
 
@@ -345,11 +347,10 @@ SETS_OF_TRIAL_VALUES = 30
 MOST_SYMBOLS = 3
 
 
-def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
-    """The document, with notes on checks that fail for some positive values of its symbols.
+def tried(document: Document, draft: Draft) -> Document:
+    """The document of a draft, with notes on checks that fail for some positive values of its symbols.
 
-    `read` reads a tree with trial values, and does not check that the body can exist. Raises DocumentError if
-    all values fail. Notes and problems name the check that fails, and no values.
+    Raises DocumentError if all values fail. Notes and problems name the check that fails, and no values.
     """
     parameters = draft.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
@@ -357,8 +358,9 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
     failed: Counter[tuple[str, str]] = Counter()
     for _ in range(SETS_OF_TRIAL_VALUES):
         values = {name: 10 ** chance.uniform(-2, 2) for name in symbols}
+        with_values = replace(draft, tree={**draft.tree, "parameters": {**parameters, **values}})
         try:
-            _require_physical(read({**draft.tree, "parameters": {**parameters, **values}}))
+            _require_physical(_document(with_values, False, is_physical=False))
         except DocumentError as error:
             failed.update({(problem.key, _check(problem.message)) for problem in error.problems})
         except ValueProblem as problem:
