@@ -132,24 +132,21 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     if names and raw in (True, "find"):
         hint = f"write `{{find: {{{', '.join(f'{name}: 0' for name in names)}}}}}`, with values near it"
         raise ValueProblem(f"read {shown(raw)}, expected where to look for it", hint=hint)
-    given: Any = dict(raw) if isinstance(raw, Mapping) else {}
-    keys = read_names(given)[0]
-    of_momenta = {momentum(name): name for name in names}
-    momenta = {key: given.pop(key) for name, key in keys.items() if name in of_momenta}
-    steadily = {key for key, value in given.items() if str(value).strip().lower() == "steady"}
-    turning = {name: key for name, key in keys.items() if name in names and key in steadily}
-    turned = {of_momenta[name] for name in keys if name in of_momenta}
-    problems = list[ValueProblem]()
-    steady = next(iter(turning), None)
-    for name, key in turning.items():
-        if name != steady:
+    typed: Mapping[str, Any] = raw if isinstance(raw, Mapping) else {}
+    spelling, of_momenta = read_names(typed)[0], {momentum(name): name for name in names}
+    momenta = {of_momenta[name]: key for name, key in spelling.items() if name in of_momenta}
+    steadily = {key for key, value in typed.items() if str(value).strip().lower() == "steady"}
+    turning = {name: key for name, key in spelling.items() if name in names and key in steadily}
+    steady, problems = next(iter(turning), None), list[ValueProblem]()
+    for name, key in spelling.items():
+        if name in turning and name != steady:
             hint = f"give its momentum instead: `{momentum(name)}: J`"
             problems.append(ValueProblem(f"`{steady}` is steady already", path=(key,), hint=hint))
-    for name, key in keys.items():
-        if name in turned:
+        if name in momenta:
             message = f"read `{momentum(name)}` besides, expected one of the two"
             problems.append(ValueProblem(message, path=(key,)))
-    given = {key: value for key, value in given.items() if key not in turning.values()}
+    of_cyclic = (*momenta.values(), *turning.values())
+    given = {key: value for key, value in typed.items() if key not in of_cyclic}
     is_sought = given.keys() == {"find"} and "find" not in names
     if is_sought and steady is not None:
         hint = f"write `{momentum(steady)}: J`, or give the other coordinates without `find`"
@@ -159,7 +156,7 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         if name in of_momenta:
             hint = f"write `{{{name}: {inside[key]}, find: {{...}}}}`"
             problems.append(ValueProblem("belongs beside `find`", path=("find", key), hint=hint))
-    kept = [name for name in names if name not in turning and name not in turned]
+    kept = [name for name in names if name not in turning and name not in momenta]
     if names and not kept and not problems:
         problems.append(ValueProblem("no coordinate is left that rests at the equilibrium"))
     refuse("equilibrium", problems)
@@ -167,9 +164,10 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     def read(name: str, value: object) -> Expression:
         return env.symbolic(value)
 
-    fixed = read_mapping(momenta, read, example="{p_phi: J}", names=tuple(of_momenta))
+    pairs = {key: typed[key] for key in momenta.values()}
+    fixed = read_mapping(pairs, read, example="{p_phi: J}", names=tuple(of_momenta))
     values = read_mapping(
-        given["find"] if is_sought else given if isinstance(raw, Mapping) else raw,
+        given["find"] if is_sought else given if typed is raw else raw,
         read,
         example="{theta: 0}, {theta: 1, phi: steady}, or near it {find: {theta: 3}}",
         names=env.names.coordinates,
