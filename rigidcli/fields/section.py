@@ -127,9 +127,9 @@ class Section(BaseModel):
 
         unit = _WITH_UNIT.fullmatch(key) if len(key) <= LONGEST_SHOWN else None
         name = cls.called(unit[1], raw) if unit and is_unit(unit[2]) else None
-        if unit and name and isinstance(raw[key], int | Decimal):
+        if unit and name:
             hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
-            return unknown_key(name, hint)
+            return unknown_key(name, hint if isinstance(raw[key], int | Decimal) else None)
         if key in cls.INSIDE:
             return cls._belongs_inside(cls.INSIDE[key], key, raw[key])
         if (slip := words.key_slip(key, cls.model_fields)) is not None:
