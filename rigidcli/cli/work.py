@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -272,12 +273,16 @@ def _answers(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator
             yield Answer(task.source, task.failure(error, point), files=files)
 
 
-def _swept(sweep: Sweep, point: Sequence[str], document: Document, report: Report) -> tuple[Field, ...]:
-    """The swept keys as results, with the units of results of the same names."""
+@cache
+def _units_of_results() -> dict[str, str]:
     from rigidcli.studies.common import RESULTS
 
-    units = {entry.key: entry.unit for results in RESULTS.values() for entry in results}
-    units |= {entry.key: entry.unit for entry in report.fields}
+    return {entry.key: entry.unit for results in RESULTS.values() for entry in results}
+
+
+def _swept(sweep: Sweep, point: Sequence[str], document: Document, report: Report) -> tuple[Field, ...]:
+    """The swept keys as results, with the units of results of the same names."""
+    units = _units_of_results() | {entry.key: entry.unit for entry in report.fields}
     return tuple(
         Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
         for name, value, unit in sweep.swept(point, document.exact_results)
