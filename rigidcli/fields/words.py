@@ -56,8 +56,10 @@ MARKUPS = _texts("markup")  # texts that begin as XML does, by a word in them: w
 # Units for words, also of other languages; and for what homework writes, in these very letters.
 UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
 STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
-# Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`.
-_VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
+# Words for the velocity and the momentum of a coordinate {0}, the {1}-th one, and for the coordinate itself,
+# also under `forces`; and words for each of these where there is only one.
+_VARIABLES = {kind: words for kind, name, words in _ROWS if "{0}" in name}
+_ONLY = _by_word("only")
 # The key that a list without a key belongs to, by the key above it and the number of its entries.
 FORMS_OF_LISTS = _by_word("whole")
 # Words that stand for the value of a parameter that has none; a document says `null`.
@@ -153,28 +155,21 @@ def list_meant(typed: str) -> str | None:
 
 def variable_called(word: str, variables: Collection[str]) -> str | None:
     """The variable for which a word may stand: `xdot` for `vx`, `x` for `x0` and for the force `Q_x`."""
-    momenta = [name for name in variables if name.startswith("p_")]
-    velocities = [name for name in variables if name.endswith("dot")]
-    others = [name for name in variables if name not in (*momenta, *velocities)]
     if (omega := re.fullmatch(r"omega_?([123xyz])", word)) and f"w{omega[1]}" in variables:
         return f"w{omega[1]}"
     word = re.sub(r"(_?0|_?init(ial)?|\((0|t)\))$", "", word)  # initial values
     if word in variables:
         return word
-    for only, letter, longer in (
-        (velocities, "v", "vel velocity"),
-        (momenta, "p", "momentum"),
-        (others, "q", ""),
-    ):
-        if len(only) == 1 and word in (letter, *longer.split()):
-            return only[0]
-        for name, number in zip(only, range(1, len(only) + 1), strict=True):
-            if word in (f"{letter}{number}", f"{letter}_{number}"):
-                return name
-    tables = [(velocities, "dot", "velocity"), (momenta, "p_", "momentum")]
-    for names, affix, kind in tables if momenta or velocities else [(others, " ", "force")]:
-        for name in names:
-            if word in _VARIABLES[kind].format(name.removesuffix(affix).removeprefix(affix)).split():
+    momenta = [name for name in variables if name.startswith("p_")]
+    velocities = [name for name in variables if name.endswith("dot")]
+    others = [name for name in variables if name not in (*momenta, *velocities)]
+    rest = "coordinate" if momenta or velocities else "force"
+    for kind, names in (("velocity", velocities), ("momentum", momenta), (rest, others)):
+        if len(names) == 1 and kind in _ONLY.get(word, ()):
+            return names[0]
+        for number, name in enumerate(names, start=1):
+            coordinate = name.removesuffix("dot").removeprefix("p_")
+            if word in _VARIABLES[kind].format(coordinate, number).split():
                 return name
     return None
 
