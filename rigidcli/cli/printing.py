@@ -124,13 +124,12 @@ def explain(path: _Path = None) -> None:
 
     Example: rigidcli explain body.shape.cone
     """
-    from rigidcli.reference import pages
+    from rigidcli.reference.pages import explain as page
 
     failures = Failures()
     with failures.of("explain"), Output(None) as target:
         columns, _ = target.terminal()
-        width = pages.width_for(columns)
-        target.write(pages.overview(width) if path is None else pages.explain(path, width))
+        target.write(page(path, columns))
     raise typer.Exit(failures.code)
 
 

@@ -10,15 +10,14 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from textwrap import indent
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import UsageError, ValueProblem, shown
 from rigidcli.fields.words import shapes_called
 from rigidcli.suggestions import did_you_mean, nearest
 
-WIDTH = 80  # characters in a line of a page that no terminal shows
-# In wider terminals lines stay as short as people like to read; in narrower ones two columns need as much.
-LEAST_WIDTH, MOST_WIDTH = 60, 120
+# Characters in a line of a page: without a terminal, in the narrowest one, and in the widest.
+WIDTH, LEAST_WIDTH, MOST_WIDTH = 80, 60, 120
 LONGEST_NAME = 32  # characters of a name that stands beside what it is
 ENTRIES = Path(__file__).with_name("entries.json")  # the file with all entries
 EXAMPLE_PATHS = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
@@ -46,29 +45,32 @@ def stored() -> list[Entry]:
     return [Entry(tuple(path), *rest) for path, *rest in json.loads(ENTRIES.read_text("utf-8"))]
 
 
-def width_for(terminal: int | None) -> int:
-    """The width of pages in a terminal of so many columns; None is no terminal."""
-    return WIDTH if terminal is None else min(max(terminal, LEAST_WIDTH), MOST_WIDTH)
+Rows: TypeAlias = tuple[str, tuple[tuple[str, str], ...]]  # a heading; names, and beside each what it is
+Block: TypeAlias = Rows | str  # a text is filled, unless it has lines of its own
 
 
-def overview(width: int = WIDTH) -> str:
-    """The page of `explain` without a path: the topics, and examples."""
-    topics = [(entry.path[0], entry.text) for entry in stored() if len(entry.path) == 1]
-    return _page(
-        _paragraph(
-            "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject.",
-            width,
-        ),
-        _rows(topics, width),
-        "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLE_PATHS),
-    )
+def explain(path: str | None, terminal: int | None = None) -> str:
+    """The pages of a path, or of all that has this name; for a terminal of so many columns.
 
-
-def explain(path: str, width: int = WIDTH) -> str:
-    """The pages of a path, or of all that has this name. Raises UsageError for an unknown name.
-
-    Indices of lists may stand in the path, and so may the way to a body within another one.
+    Without a path, it is the page of the topics. Indices of lists may stand in the path, and so may the way
+    to a body within another one. Raises UsageError for an unknown name.
     """
+    width = WIDTH if terminal is None else min(max(terminal, LEAST_WIDTH), MOST_WIDTH)
+    pages = [_overview()] if path is None else _pages(_matches(path))
+    laid_out = ([_laid_out(block, width) for block in page] for page in pages)
+    return "\n".join("\n\n".join(filter(None, page)) + "\n" for page in laid_out)
+
+
+def _overview() -> list[Block]:
+    return [
+        "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject.",
+        ("", tuple((entry.path[0], entry.text) for entry in stored() if len(entry.path) == 1)),
+        "\n  rigidcli explain ".join(["Examples:", *EXAMPLE_PATHS]),
+    ]
+
+
+def _matches(path: str) -> Sequence[Entry]:
+    """The entries of a path. Raises UsageError."""
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
     every, plain = stored(), _plain(path)
@@ -85,7 +87,7 @@ def explain(path: str, width: int = WIDTH) -> str:
             matches = [_unit(path)]
     shapes = [("body", "shape", shape) for shape in shapes_called(path)]
     if matches := matches or [entry for entry in every if entry.path[1:] in shapes]:
-        return "\n".join(_pages(matches, width))
+        return matches
     raise UsageError(
         f"nothing is called {shown(path)}{did_you_mean(_near(path))}",
         hint="`rigidcli explain` lists what there is",
@@ -132,53 +134,37 @@ def _called(steps: tuple[str, ...]) -> list[Entry]:
     )
 
 
-def _pages(matches: Sequence[Entry], width: int) -> list[str]:
+def _pages(matches: Sequence[Entry]) -> list[list[Block]]:
     """The pages of entries; those that say the same share one."""
-    alike: dict[str, list[str]] = {}
+    alike: dict[tuple[Block, ...], list[str]] = {}
     for entry in matches:
         depth = len(entry.path)
         below = [other for other in stored() if other.path[:depth] == entry.path and len(other.path) > depth]
         if entry.path != ("assignment",):  # its page shows the keys of all its sections
             below = [other for other in below if len(other.path) == depth + 1]
-        groups = [
-            (f"{_paragraph(group, width)}\n" if group else "")
-            + _rows(
-                [
-                    (".".join(other.path[depth:]), other.row or other.text)
-                    for other in below
-                    if other.group == group
-                ],
-                width,
-            )
-            for group in dict.fromkeys(other.group for other in below)
-        ]
-        facts = _rows([fact for fact in entry.facts.items() if fact[1]], width)
-        example = entry.example and f"Example:\n{indent(entry.example, '  ')}"
-        heads = alike.setdefault(_page(_paragraph(entry.text, width), *groups, facts, example), [])
+        blocks: list[Block] = [" ".join(entry.text.split())]
+        for group in dict.fromkeys(other.group for other in below):
+            rows = [other for other in below if other.group == group]
+            pairs = ((".".join(other.path[depth:]), other.row or other.text) for other in rows)
+            blocks.append((group, tuple(pairs)))
+        blocks.append(("", tuple(fact for fact in entry.facts.items() if fact[1])))
+        blocks.append(entry.example and f"Example:\n{indent(entry.example, '  ')}")
         is_plain = entry.path[0] in ("document", "results", "subjects")
-        head = ".".join(entry.path[1:] if is_plain else entry.path)
-        heads.append(head or entry.path[0])
-    return [
-        _page(_paragraph(", ".join(dict.fromkeys(heads)), width), page[:-1]) for page, heads in alike.items()
-    ]
+        head = ".".join(entry.path[1:] if is_plain else entry.path) or entry.path[0]
+        alike.setdefault(tuple(blocks), []).append(head)
+    return [[", ".join(dict.fromkeys(heads)), *blocks] for blocks, heads in alike.items()]
 
 
-def _paragraph(text: str, width: int) -> str:
-    return textwrap.fill(" ".join(text.split()), width, break_on_hyphens=False)
-
-
-def _rows(entries: Sequence[tuple[str, str]], width: int) -> str:
-    """Names and what they are, side by side; a name that is longer than others has a line of its own."""
-    widest = max((len(name) for name, _ in entries if len(name) <= LONGEST_NAME), default=0)
+def _laid_out(block: Block, width: int) -> str:
+    if isinstance(block, str):
+        return block if "\n" in block else textwrap.fill(block, width, break_on_hyphens=False)
+    heading, pairs = block
+    widest = max((len(name) for name, _ in pairs if len(name) <= LONGEST_NAME), default=0)
     margin = " " * (widest + 4)
-    lines = []
-    for name, text in entries:
+    lines = [_laid_out(heading, width)] if heading else []
+    for name, text in pairs:
         words = " ".join(text.split())
         filled = textwrap.wrap(words, width - len(margin), break_on_hyphens=False) or [""]
         first = [] if len(name) > widest and text else [f"  {name:{widest}}  {filled.pop(0)}".rstrip()]
         lines += [*(first or [f"  {name}"]), *(margin + line for line in filled)]
     return "\n".join(lines)
-
-
-def _page(*parts: str) -> str:
-    return "\n\n".join(part for part in parts if part) + "\n"

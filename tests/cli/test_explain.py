@@ -15,7 +15,7 @@ from rigidcli.fields.units import TABLE
 from rigidcli.homework.base import CODES
 from rigidcli.language.words import FUNCTIONS
 from rigidcli.reference.entries import entries, written
-from rigidcli.reference.pages import ENTRIES, Entry, explain, overview, width_for
+from rigidcli.reference.pages import ENTRIES, Entry, explain
 from rigidcli.studies.common import RESULTS
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
@@ -34,13 +34,13 @@ def test_everything_has_a_page_that_fits(every: list[Entry]) -> None:
         page = explain(path)
         assert page.count("\n") > 1, path
         assert all(len(line) <= 80 and line == line.rstrip() for line in page.splitlines()), page
-    assert all(len(line) <= 80 for line in overview().splitlines())
+    assert all(len(line) <= 80 for line in explain(None).splitlines())
 
 
 @pytest.mark.parametrize(("terminal", "width"), [(None, 80), (40, 60), (100, 100), (300, 120)])
 def test_a_page_is_as_wide_as_the_terminal(terminal: int | None, width: int) -> None:
-    pages = [explain(path, width_for(terminal)) for path in ("axes", "notation", "conventions")]
-    lengths = [len(line) for page in (overview(width_for(terminal)), *pages) for line in page.splitlines()]
+    pages = [explain(path, terminal) for path in (None, "axes", "notation", "conventions")]
+    lengths = [len(line) for page in pages for line in page.splitlines()]
     assert width - 10 < max(lengths) <= width
 
 
