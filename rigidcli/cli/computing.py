@@ -100,7 +100,8 @@ def command_of(name: str) -> Callable[..., None]:
         **dict.fromkeys(("compare",) if row.section else ("samples", "duration")),
     }
     if "body" not in row.needs:
-        changed["files"] = (Annotated[list[str], shared.files_of("Documents")], Parameter.empty)
+        files = typer.Argument(metavar="FILE", help=shared.FILES.format("Documents"))
+        changed["files"] = (Annotated[list[str], files], Parameter.empty)
     return shared.command(name, row.help, Asked, partial(_compute, row), changed)
 
 

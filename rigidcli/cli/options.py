@@ -143,13 +143,9 @@ def format_option(formats: Any) -> Any:
     return typer.Option("-f", "--format", metavar="FORMAT", help=help, case_sensitive=False)
 
 
-def files_of(what: str) -> Any:
-    """The argument with the FILES of a command, and what they may be."""
-    help = f"{what}. `-` is standard input, `@files.txt` a list of names."
-    return typer.Argument(metavar="FILE", help=help)
-
-
-Files = Annotated[list[str], files_of("Documents, robots or bodies (.stl ...)")]
+FILES = "{}. `-` is standard input, `@files.txt` a list of names."  # the help of FILES, with what they may be
+_ANY_FILES = FILES.format("Documents, robots or bodies (.stl ...)")
+Files = Annotated[list[str], typer.Argument(metavar="FILE", help=_ANY_FILES)]
 OutputPath = Annotated[str | None, option("output", callback=check_path)]
 Settings = Annotated[list[str] | None, option("settings", callback=_check_settings)]
 Exact = Annotated[bool, option("exact")]

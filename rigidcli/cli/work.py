@@ -6,9 +6,8 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 from importlib import import_module
-from itertools import repeat
+from itertools import chain, repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.cli.output import Failure, failure, progress
@@ -266,27 +265,21 @@ def _answers(task: Task, draft: Draft, work: Work, is_watched: bool) -> Iterator
                 yield from _of_ensemble(document, work, task.starts)
                 continue
             report = work.run(document, is_watched, **known)
-            fields = () if task.sweep is None else _swept(task.sweep, point, document, report)
+            fields = () if task.sweep is None else tuple(_swept(task.sweep, point, document, report))
             kept = work.kept_letters(document, [*work.settings, *task.settings(point)])
             yield work.answer(replace(report, swept=fields, notes=(*report.notes, *kept)), files)
         except (RigidError, MemoryError) as error:
             yield Answer(task.source, task.failure(error, point), files=files)
 
 
-@cache
-def _units_of_results() -> dict[str, str]:
+def _swept(sweep: Sweep, point: Sequence[str], document: Document, report: Report) -> Iterator[Field]:
+    """The swept keys as results, in the units of results of the same names."""
     from rigidcli.studies.common import RESULTS
 
-    return {entry.key: entry.unit for results in RESULTS.values() for entry in results}
-
-
-def _swept(sweep: Sweep, point: Sequence[str], document: Document, report: Report) -> tuple[Field, ...]:
-    """The swept keys as results, with the units of results of the same names."""
-    units = _units_of_results() | {entry.key: entry.unit for entry in report.fields}
-    return tuple(
-        Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
-        for name, value, unit in sweep.swept(point, document.exact_results)
-    )
+    entries = [*report.fields, *chain.from_iterable(RESULTS.values())]
+    for name, value, unit in sweep.swept(point, document.exact_results):
+        usual = next((entry.unit for entry in entries if entry.key == name), "")
+        yield Field(name, value, unit=unit or usual, cells={name: ()})
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
