@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -35,15 +36,18 @@ _PLAIN = re.compile(r"[\w.()-]{1,20}")
 _KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
 # A number that may be the name of a question, with `=`, a dot, or a blank behind it.
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
-# A line that begins with the name of a question in a bullet, a heading, bold letters or a table.
+# A line that begins with the name of a question in a bullet, a list, a heading, bold letters or a table.
 _DRESSED = re.compile(
-    r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
+    r"""(?xi) (?P<indent>\s*+)
+    (?P<marks>(?: [-*•+]\s++ | [0-9]{1,3}[.)]\s++(?=[\w.-]+\s*[:=]) | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
     (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
         |antwort|ex|nr|no|id|q)
         [.:]?\s*+)?
     (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S))?
-    \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
+    \s*(?:\*\*|__)?\s* (?P<end>[:=.)|])? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
 )
+_BULLET = re.compile(r"(?:[-*•+]|[0-9]+[.)])\s")  # of a list, which may be numbered
+_BEGINNING = re.compile(r"[-+~]?[0-9.\[({\\$]")  # of a number, a list or a formula
 # The heads of a table of csv that has a question and its answer in each line.
 _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
@@ -88,21 +92,22 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     text = re.sub(r"(?im)^([^\S\n]*answers[^\S\n]*)=", r"\1:", text.removeprefix("\ufeff"))
     if table := _HEADS.match(text):
         text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
-    text = _QUOTED.sub(_literal, _undressed(text, names))
-    lines, is_flow = text.splitlines(), text.lstrip().startswith("{")
+    lines = _QUOTED.sub(_literal, text).splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
     begin, section = next(((place, match) for place, match in sections if match), (-1, None))
+    is_flow = text.lstrip().startswith("{")
     refused: Unreadable | None = None
     if is_flow or (section and section["value"]):
         try:
-            return _of_tree(tree_of(text if is_flow else "\n".join(lines[begin:])), names), []
+            return _of_tree(tree_of("\n".join(lines if is_flow else lines[begin:])), names), []
         except Unreadable as unreadable:
             if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
                 raise
             # Brackets and commas are taken away, and what is left is read line by line.
             refused = unreadable
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
-    entries, stray = _entries(lines[begin + 1 :], begin + 2, names)
+    readings = [_entries(form, begin + 2, names) for form in _forms(lines[begin + 1 :], names)]
+    entries, stray = max(readings, key=lambda reading: _answered(*reading, names))
     heads = {folded(entry.name) for entry in entries}
     if refused and (heads.isdisjoint(names) if names else section is None):
         raise refused
@@ -112,54 +117,45 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     return _by_name(entries, names), capped(stray)
 
 
-def _undressed(text: str, names: Collection[str]) -> str:
-    """The text with `name: answer` for lines that name a question in bullets, headings or bold letters.
+def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
+    """The lines as they are, and with `name: answer` in place of bullets, headings, bold letters and tables.
 
-    So do dashes behind the names of several questions, and of all: one alone might be a minus sign.
+    What stands below a heading is its answer. A dash behind a name may be a minus sign: it counts if all
+    names without other marks have one. The likelier form comes first: bullets may be the list that is an
+    answer.
     """
-    lines, plain = [_bulleted(line, names) for line in text.splitlines()], 0
     found: dict[int, re.Match[str]] = {}
     for place, line in enumerate(lines):
         match = _DRESSED.fullmatch(line.rstrip())
-        is_section = _SECTION.match(line.strip())  # and no `answer` to a question named s
-        if match is None or is_section or folded(match["name"]) not in names:
+        if match is None or folded(match["name"]) not in names:
             continue
         is_comment = match["marks"].strip() == "#" and match["rest"]
-        if (match["marks"] or match["word"] or match["open"] or match["dash"]) and not is_comment:
+        is_told = match["end"] or match["dash"] or match["word"] or _is_plain(match["name"], match["rest"])
+        if not is_comment and (is_told or not _BULLET.match(match["marks"])):
             found[place] = match
-        else:
-            plain += 1
-    dashed = [place for place, match in found.items() if match["dash"] and not match["marks"]]
-    for place in dashed if plain or len(dashed) < 2 else ():
-        del found[place]
-    named = [folded(match["name"]) for match in found.values()]
-    marks = {match["marks"].strip() for match in found.values()}
-    is_whole = all(
-        (place in found and re.search("[:=]", line))
-        or _SILENT.match(line.strip())
-        or _SECTION.match(line.strip())
-        for place, line in enumerate(lines)
-    )
-    is_too_few = marks <= {"-", "*", "+", "•"} and 2 * len(named) < len(names) and not is_whole
-    keys = sum(1 for place, line in enumerate(lines) if place not in found and _KEY.match(f"{line.strip()} "))
-    if not found or len(set(named)) < len(named) or keys > len(found) + 2 or is_too_few:
-        return text
-    first, is_table, written = min(found), "|" in "".join(marks), list[str]()
+    bare = [match for match in found.values() if not match["marks"]]
+    is_dashed = len(bare) > 1 and all(match["dash"] for match in bare)
+    is_table = any("|" in match["marks"] for match in found.values())
+    undressed, margin = list[str](), ""
     for place, line in enumerate(lines):
-        if match := found.get(place):
+        match = found.get(place)
+        if match and (match["marks"] or match["word"] or match["open"] or is_dashed):
             rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
-            written.append(f"{match['indent']}{match['name']}: {rest}")
+            undressed.append(f"{match['indent']}{match['name']}: {rest}")
+            margin = "" if _BULLET.match(match["marks"]) else "  "
         elif not (is_table and line.lstrip().startswith("|")):
-            is_deeper = place > first and line.strip() and not _SECTION.match(line.strip())
-            written.append(f"  {line}" if is_deeper else line)
-    return "\n".join(written)
+            undressed.append(margin + line)
+    if undressed == lines:
+        return [lines]
+    has_bullets = any(_BULLET.match(match["marks"]) for match in found.values())
+    return [lines, undressed] if has_bullets else [undressed, lines]
 
 
-def _bulleted(line: str, names: Collection[str]) -> str:
-    """A line with a bullet for the number of a list before the name of a question: `1. rate: 20.8`."""
-    match = re.fullmatch(r"(\s*)([0-9]{1,3})[.)]\s+(([\w.-]+)\s*[:=].*)", line)
-    is_counted = match and match[2] not in names and folded(match[4]) in names
-    return f"{match[1]}- {match[3]}" if match and is_counted else line
+def _answered(entries: Sequence[_Entry], stray: Sequence[str], names: Collection[str]) -> int:
+    """How many questions have one answer; none where more lines are no answer, as in prose."""
+    counts = Counter(folded(entry.name) for entry in entries if not entry.is_begun)
+    number = sum(counts[name] == 1 for name in names)
+    return number if number > len(stray) else 0
 
 
 def _literal(quoted: re.Match[str]) -> str:
@@ -237,12 +233,13 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
         indent = len(line) - len(text)
         last = entries[-1] if entries else None
         is_silent = _SILENT.match(text) is not None
-        head = None if is_silent else _head(text, names, is_below=last is not None and last.is_begun)
+        is_below = last is not None and not last.lines[0].strip()
+        head = None if is_silent else _head(text, names, is_below=is_below)
         if last is not None:
             # A key begins the next answer, unless a brace is open.
             is_inside = last.brackets + last.braces > 0 and not (_KEY.match(text) and last.braces <= 0)
             # A question stands by itself, however deep.
-            is_question = head and last.lines[0].strip() and folded(head[0]) in names
+            is_question = head and not is_below and folded(head[0]) in names
             is_lead = head is None and (last.is_begun or _GOES_ON.match(text))
             if is_silent or is_inside or (indent > last.indent and not is_question) or is_lead:
                 last.add(line)
@@ -259,20 +256,25 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
 
 
 def _head(text: str, names: Sequence[str], *, is_below: bool) -> tuple[str, str] | None:
-    """The name at the beginning of a line, and what is behind it; `is_below`: a name stands alone above."""
+    """The name at the beginning of a line, and what is behind it; `is_below`: a name alone stands above."""
     plain = text.lstrip("\"'")
     for name in names:
         if plain[: len(name)].casefold() == name:
             behind = plain[len(name) :].lstrip("\"'")
-            blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
-            if mark := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
+            mark = re.match(r"\s*[:=]\s*|[.)]\s+|\s+(?=\S)", behind)
+            if mark and (mark[0].strip() or _is_plain(name, behind[mark.end() :])):
                 return plain[: len(name)], behind[mark.end() :]
     name, colon, behind = text[:100].partition(":")
-    name = name.strip().strip("\"'")
+    name = "" if is_below and _BULLET.match(text) else name.strip().strip("\"'")
     if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
         return name, text.partition(":")[2].strip()
     numbered = None if names or is_below else _NUMBERED.fullmatch(text)
     return (numbered["name"], numbered["value"]) if numbered else None
+
+
+def _is_plain(name: str, answer: str) -> bool:
+    """Whether a name and an answer with a blank between them are no sentence: `3 oblate`, `rate 2.34`."""
+    return bool(answer and re.search("[0-9]", name)) or _BEGINNING.match(answer) is not None
 
 
 def _by_name(entries: Sequence[_Entry], names: Collection[str]) -> Answers:
