@@ -83,8 +83,6 @@ class Roster:
         self.labels: dict[int, str] = {}
         self.aliases: dict[str, list[str]] = {}
         self._people: dict[int, Person] = {}
-        self._meant: dict[str, set[int]] = defaultdict(set)
-        self._logins: dict[tuple[str, ...], set[int]] = defaultdict(set)
         self._called: dict[str, set[tuple[frozenset[str], int]]] = defaultdict(set)
         self._glued: dict[str, set[int]] = defaultdict(set)
         self._own: dict[int, set[str]] = defaultdict(set)
@@ -105,15 +103,12 @@ class Roster:
                 self._numbers["moodle", numbered[1]] = key
             elif column in ("ID", "OrgDefinedId"):
                 self._numbers["canvas" if column == "ID" else "brightspace", cell] = key
-        for login in person.logins:
-            for spelled in {login, login.partition("@")[0]}:
-                self._meant[spelled.casefold()].add(key)
-                self._logins[tuple(words_of(spelled))].add(key)
-                self._own[key] |= {*words_of(spelled)}
-        for words in spellings(person.name):
-            self._own[key] |= {*words}
-            self._meant[" ".join(sorted(words))].add(key)
+        names = spellings(person.name)
+        logins = [words_of(each) for login in person.logins for each in (login, login.partition("@")[0])]
+        for words in filter(None, [*names, *logins]):
             self._called[max(words, key=len)].add((frozenset(words), key))
+            self._own[key] |= {*words}
+        for words in names:
             for turn in range(len(words)):
                 self._glued["".join([*words[turn:], *words[:turn]])].add(key)
 
@@ -135,19 +130,17 @@ class Roster:
     def find(self, owner: Owner | str, common: Collection[str] = ()) -> set[int]:
         """The students whom a name may mean.
 
-        A name, login or number is found whole, else as words within. Of words within other words that mean
-        somebody, only the longer ones count. A single word that is `common` to all names beside this one
-        tells nobody apart. The number that a platform adds counts only if it is of the list's own kind.
+        A name, login or number is found as words within. Of words within other words that mean somebody, only
+        the longer ones count. A single word that is `common` to all names beside this one tells nobody apart.
+        The number that a platform adds counts only if it is of the list's own kind.
         """
         owner = Owner(owner, owner) if isinstance(owner, str) else owner
-        words = owner.words
-        keys = self._meant.get(owner.name.casefold()) or self._meant.get(" ".join(sorted(words)))
-        keys = keys or self._within(words, common)
+        keys = self._within(owner.words, common)
         numbered = self._numbers.get((owner.platform, owner.number))
         if numbered is None or (len(keys) == 1 and numbered not in keys):
             return keys
         # A number may be another's by chance: then the names have nothing in common.
-        shares = any(word in "".join(words) for word in words_of(self._people[numbered].name))
+        shares = any(word in "".join(owner.words) for word in words_of(self._people[numbered].name))
         if owner.platform != "moodle" and not shares:
             return keys
         return {numbered} & keys or {numbered} | keys
@@ -155,24 +148,25 @@ class Roster:
     def _within(self, words: Sequence[str], common: Collection[str]) -> set[int]:
         """The students whose names, logins or numbers stand among the words of a longer name."""
         found: dict[frozenset[str], set[int]] = defaultdict(set)
-        numbers = set[int]()
-        for begin, end in product(range(len(words)), range(1, LONGEST_RUN + 1)):
-            run = tuple(words[begin : begin + end])
-            if len(run) == 1 and run[0].isdecimal():
-                if run[0] not in common and (_is_number(run[0]) or {*words} - {*common} == {*run}):
-                    numbers |= self._logins.get(run, set())
-            elif keys := self._logins.get(run, set()) | self._glued.get("".join(run), set()):
-                found[frozenset(run)] |= keys
         for word in words:
-            for used, key in self._called.get(word, ()):
-                if used <= {*words}:
-                    found[used].add(key)
+            for called, key in self._called.get(word, ()):
+                if called <= {*words}:
+                    found[called].add(key)
+        for begin, end in product(range(len(words)), range(1, LONGEST_RUN + 1)):
+            run = words[begin : begin + end]
+            if keys := self._glued.get("".join(run)):
+                found[frozenset(run)] |= keys
+        numbers = set[int]()
         letters = {word for word in words if word.isalpha()} - {*common, *SILENT}
         for used in [each for each in found if len(each) == 1]:
             (word,) = used
+            if word.isdecimal():
+                keys, others = found.pop(used), {*words} - {*common}
+                numbers |= keys if others == used or (word in others and _is_number(word)) else set()
+                continue
             # It may be the first name of somebody else: all other words must be silent, or the student's.
             own = {other for key in found[used] for other in self._own[key]}
-            if word in common or (word.isalpha() and letters - own - used):
+            if used != {*words} and (word in common or (word.isalpha() and letters - own - used)):
                 del found[used]
         numbers = {key for key in numbers if found or not letters - self._own[key]}
         longest = [keys for used, keys in found.items() if not any(used < other for other in found)]
