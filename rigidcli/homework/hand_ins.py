@@ -81,7 +81,7 @@ def papers(
 
     `known` are the names of questions. If `one` has a name, all files are of this student.
     """
-    students = [_Student(one, files=dict.fromkeys(batch.places, Owner("", "")))]
+    students = [_Student(one, [one], dict.fromkeys(batch.places, Owner("", "")))]
     students = students if one else _students(batch.places, roster)
     looks = _looked_at([_candidates(student.files) for student in students], known, jobs)
     found, unknown, doubtful = HandIns([], [], []), list[str](), list[str]()
@@ -262,9 +262,12 @@ def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Pap
     for place in apart.values():
         outcome = Outcome.review(f"read {_told(place)}") if _nature(place.file) else None
         return Paper(student.name, place.file, place.source, outcome, student.files[place].is_late)
-    # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
+    # A table beside answer files is one that they name, unless it is all that somebody on the list has. Any
+    # other file is a hand-in, such as a pdf.
     scans = [
-        place for place, owner in student.files.items() if place.way or place in candidates or owner.platform
+        place
+        for place, owner in student.files.items()
+        if place.way or place in candidates or owner.platform or student.meant
     ]
     if not scans:
         return None

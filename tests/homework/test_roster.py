@@ -312,6 +312,14 @@ def test_what_lies_in_the_folder_of_a_student_is_nobody_elses(
     assert found == {}
 
 
+@pytest.mark.parametrize(("files", "expected"), TABLE["lone"])
+def test_a_table_alone_is_a_hand_in_of_a_student_on_the_list(
+    tmp_path: Path, files: list[str], expected: dict[str, str]
+) -> None:
+    roster = listed(tmp_path, "name,login\nJ Doe,jdoe\nMax Moe,max\n")
+    assert owners(made(tmp_path / "in", *files), roster=roster) == expected
+
+
 @pytest.mark.parametrize("text", ["", "\n", "a,b\n1,2\n", "\0", "answers: {a: 1}"])
 def test_what_is_no_list_of_students_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "class.csv").write_text(text)
