@@ -43,7 +43,7 @@ _DRESSED = re.compile(
     (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
         |antwort|ex|nr|no|id|q)
         [.:]?\s*+)?
-    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S))?
+    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S|\Z))?
     \s*(?:\*\*|__)?\s* (?P<end>[:=.)|])? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
 )
 _BULLET = re.compile(r"(?:[-*•+]|[0-9]+[.)])\s")  # of a list, which may be numbered
@@ -133,13 +133,13 @@ def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
         is_told = match["end"] or match["dash"] or match["word"] or _is_plain(match["name"], match["rest"])
         if not is_comment and (is_told or not _BULLET.match(match["marks"])):
             found[place] = match
-    bare = [match for match in found.values() if not match["marks"]]
-    is_dashed = len(bare) > 1 and all(match["dash"] for match in bare)
+    bare = {place: match for place, match in found.items() if not any(match.group("marks", "word", "open"))}
+    is_dashed = len(bare) > 1 and all(match["dash"] for match in bare.values())
     is_table = any("|" in match["marks"] for match in found.values())
     undressed, margin = list[str](), ""
     for place, line in enumerate(lines):
         match = found.get(place)
-        if match and (match["marks"] or match["word"] or match["open"] or is_dashed):
+        if match and (is_dashed or place not in bare):
             rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
             undressed.append(f"{match['indent']}{match['name']}: {rest}")
             margin = "" if _BULLET.match(match["marks"]) else "  "
@@ -152,10 +152,10 @@ def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
 
 
 def _answered(entries: Sequence[_Entry], stray: Sequence[str], names: Collection[str]) -> int:
-    """How many questions have one answer; none where more lines are no answer, as in prose."""
+    """How many questions have one answer; none where other lines stand beside few of them, as in prose."""
     counts = Counter(folded(entry.name) for entry in entries if not entry.is_begun)
     number = sum(counts[name] == 1 for name in names)
-    return number if number > len(stray) else 0
+    return 0 if stray and 2 * number < len(names) else number
 
 
 def _literal(quoted: re.Match[str]) -> str:
