@@ -117,8 +117,8 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
 
 def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
     """The places below one of several folders given; one with a single hand-in is a student's."""
-    direct = [place for place in places if is_answer(place.file.name)] or places
-    if len(direct) == 1 and not direct[0].way:
+    answers = [place for place in places if is_answer(place.file.name)]
+    if len(answers or [place for place in places if may_answer(place.file.name)] or places) == 1:
         return [replace(place, group=ONE_HAND_IN, way=(name, *place.way)) for place in places]
     return [replace(place, given=name) for place in places]
 

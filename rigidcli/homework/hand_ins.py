@@ -18,7 +18,15 @@ from rigidcli.errors import printable
 from rigidcli.fields.texts import BINARY_FILES, ending
 from rigidcli.homework.answers import folded, read_answers
 from rigidcli.homework.base import MISSING, Outcome, Unreadable
-from rigidcli.homework.files import IN_ROSTER, Batch, HandedFile, first_bytes, names_file, read_file
+from rigidcli.homework.files import (
+    IN_ROSTER,
+    ONE_HAND_IN,
+    Batch,
+    HandedFile,
+    first_bytes,
+    names_file,
+    read_file,
+)
 from rigidcli.homework.owner import Owner, is_answer, latest, listed, may_answer, noted, owner_of, platform_of
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
@@ -179,6 +187,8 @@ def _level_apart(places: Collection[HandedFile]) -> int:
     that of the class.
     """
     ways = [place.way for place in places]
+    if any(place.group == ONE_HAND_IN for place in places):
+        return 0
     levels = zip(*filter(None, ways), strict=False)
     common = tuple(level[0] for level in takewhile(lambda level: len({*level}) == 1, levels))
     level = len(common)

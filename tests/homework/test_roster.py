@@ -146,6 +146,20 @@ def test_archives_with_one_hand_in_are_the_students(tmp_path: Path, names: list[
     assert owners(tmp_path, *(f"{name}.zip" for name in names)) == dict.fromkeys(names, "hw.yaml")
 
 
+@pytest.mark.parametrize("given", ["ada.zip bob.zip", "ada bob", "ada.zip bob", "ada.zip bob class"])
+def test_folders_within_an_archive_or_a_folder_that_is_given_are_the_students(
+    tmp_path: Path, given: str
+) -> None:
+    made(tmp_path, "class/cleo.yaml", "class/dan.yaml")
+    for name in ("ada", "bob"):
+        packed(tmp_path / f"{name}.zip", {"hw3/hw.txt": "a: 1", "hw3/scan.pdf": "%PDF"})
+        (tmp_path / name).mkdir()
+        packed(tmp_path / name / "hw3.zip", {"hw3/hw.yaml": "a: 1"})
+    found = owners(tmp_path, *given.split())
+    assert {*found} == {"ada", "bob"} | ({"cleo", "dan"} if "class" in given else set())
+    assert {*found.values()} <= {"hw.txt", "hw.yaml", "cleo.yaml", "dan.yaml"}
+
+
 def test_an_archive_is_read_as_its_folder(tmp_path: Path) -> None:
     files = {
         "ada/hw.yaml": "answers: {a: 1}",
