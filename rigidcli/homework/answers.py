@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -81,9 +80,9 @@ def tree_of(text: str) -> Tree:
 
 
 def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[str]]:
-    """The answers in a text by the names as they are spelled, and notes on lines that are none.
+    """The answers in a text by the names of questions, and notes on lines that are none.
 
-    `known` are the names of questions. Raises Unreadable where there are no answers.
+    Names that are not `known` are as they are spelled. Raises Unreadable where there are no answers.
     """
     if re.search(r"[\x00-\x08\x0b\x0e-\x1f\x7f]", text):  # form feeds may stand in a text
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
@@ -99,7 +98,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     refused: Unreadable | None = None
     if is_flow or (section and section["value"]):
         try:
-            return _of_tree(tree_of("\n".join(lines if is_flow else lines[begin:])), names), []
+            tree = _of_tree(tree_of("\n".join(lines if is_flow else lines[begin:])), names)
+            return _by_question(((name, "", answer) for name, answer in tree.items()), known), []
         except Unreadable as unreadable:
             if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
                 raise
@@ -107,14 +107,15 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
             refused = unreadable
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
     readings = [_entries(form, begin + 2, names) for form in _forms(lines[begin + 1 :], names)]
-    entries, stray = max(readings, key=lambda reading: _answered(*reading, names))
+    entries, stray = max(readings, key=lambda reading: _answered(reading[0], reading[1], names))
     heads = {folded(entry.name) for entry in entries}
     if refused and (heads.isdisjoint(names) if names else section is None):
         raise refused
     is_other = not heads or (names and heads.isdisjoint(names) and heads.isdisjoint(ABOUT))
     if section is None and text.strip() and is_other:
         raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
-    return _by_name(entries, names), capped(stray)
+    given = ((entry.name, f"line {entry.number}: ", entry.value()) for entry in entries)
+    return _by_question(given, known), capped(stray)
 
 
 def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
@@ -152,9 +153,9 @@ def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
 
 
 def _answered(entries: Sequence[_Entry], stray: Sequence[str], names: Collection[str]) -> int:
-    """How many questions have one answer; none where other lines stand beside few of them, as in prose."""
-    counts = Counter(folded(entry.name) for entry in entries if not entry.is_begun)
-    number = sum(counts[name] == 1 for name in names)
+    """How many questions have an answer; none where other lines stand beside few of them, as in prose."""
+    given = {folded(entry.name) for entry in entries if not entry.is_begun}
+    number = sum(name in given for name in names)
     return 0 if stray and 2 * number < len(names) else number
 
 
@@ -165,18 +166,16 @@ def _literal(quoted: re.Match[str]) -> str:
     return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
 
 
-def _of_tree(tree: Tree, names: Collection[str]) -> Answers:
-    """The answers of a file that is YAML as a whole. Raises Unreadable."""
+def _of_tree(tree: Tree, names: Collection[str]) -> dict[str, Tree]:
+    """The answers of a file that is YAML as a whole, as they are spelled. Raises Unreadable."""
     if isinstance(tree, dict):
         keys = {folded(key): key for key in tree}
         if "answers" in keys:
             answers = tree[keys["answers"]]
-            if isinstance(answers, dict):
-                return dict(answers)
-            if answers is None:
-                return {}
+            if isinstance(answers, dict | None):
+                return answers or {}
         elif not names or not keys.keys().isdisjoint(names) or keys.keys() <= ABOUT:
-            return {key: value for key, value in tree.items() if folded(key) not in ABOUT.difference(names)}
+            return tree
     raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
 
 
@@ -277,17 +276,18 @@ def _is_plain(name: str, answer: str) -> bool:
     return bool(answer and re.search("[0-9]", name)) or _BEGINNING.match(answer) is not None
 
 
-def _by_name(entries: Sequence[_Entry], names: Collection[str]) -> Answers:
-    """The answers by name; a name that stands twice has no answer."""
-    spelled, answers = dict[str, str](), Answers()
-    for entry in entries:
-        key = folded(entry.name)
-        if key in spelled:
-            message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
-            answers[spelled[key]] = Unreadable("duplicate_key", message)
-        elif key not in ABOUT or key in names:
-            spelled[key] = entry.name
-            answers[entry.name] = entry.value()
+def _by_question(given: Iterable[tuple[str, str, Tree | Unreadable]], known: Collection[str]) -> Answers:
+    """The answers by the names of the questions, in whatever capitals; one that stands twice is none.
+
+    What is `given` is a name as it is spelled, its place in the file, and the answer.
+    """
+    spelled, answers = {folded(id): id for id in known}, Answers()
+    for name, place, answer in given:
+        id = name if name in known else spelled.setdefault(folded(name), name)
+        if id in answers:
+            answers[id] = Unreadable("duplicate_key", f"{place}the key {shown(name)} stands twice")
+        elif id in known or folded(name) not in ABOUT:
+            answers[id] = answer
     return answers
 
 

@@ -229,7 +229,7 @@ def _looked_at(
                 beside = [other.name for other in paths if other.parent == path.parent and other != path]
                 tasks.append((path, beside))
     # The texts are untrusted: they are read where judging would read them.
-    work = partial(_look, frozenset(map(folded, known)))
+    work = partial(_look, frozenset(known))
     results = each(work, tasks, jobs or usable_cores(), LIMITS, lambda share: None)
     looks = defaultdict[Path, _Look](_Look)
     for (path, _), result in zip(tasks, results, strict=True):
@@ -245,7 +245,7 @@ def _look(known: frozenset[str], task: tuple[Path, Sequence[str]]) -> bytes:
         digest = hashlib.sha256(text.encode()).hexdigest()
         look = _Look(False, digest, [name for name in others if names_file(text, name)])
         answers, _ = read_answers(text, known)
-        given = {folded(name) for name, answer in answers.items() if answer is not None}
+        given = {id for id, answer in answers.items() if answer is not None}
         look = look._replace(answers=bool(given & known if known else given))
     return orjson.dumps([*look])
 

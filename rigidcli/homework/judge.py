@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from rigidcli.errors import ExpressionError, printable, shortened, shown
 from rigidcli.fields.texts import safe_name
-from rigidcli.homework.answers import as_typed, capped, folded, read_answers
+from rigidcli.homework.answers import as_typed, capped, read_answers
 from rigidcli.homework.base import (
     CODES,
     MISSING,
@@ -95,11 +95,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         notes = ["there are no answers in it"]
     questions, files = list[Judged](), set[str]()
     for id, item in items.items():
-        # The name itself comes before other spellings of it.
-        names = [id] if id in answers else [name for name in answers if folded(name) == folded(id)]
-        answer = answers[names[0]] if names else None
-        if len(names) > 1:
-            answer = Unreadable("duplicate_key")
+        answer = answers.get(id)
         asked = id, f"{words(item.values)} {answer!r}"
         if asked in seen:
             questions.append(seen[asked])
@@ -115,8 +111,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         is_lasting = not opened and result.verdict != "invalid"
         if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
             seen[asked] = questions[-1]
-    known = {folded(id) for id in items}
-    strange = [id for id in answers if folded(id) not in known]
+    strange = [id for id in answers if id not in items]
     notes += capped(strange, lambda id: f"there is no question {shown(id)}{guess(id, items)}")
     return Judgement("", "", tuple(questions), tuple(notes), tuple(sorted(files)))
 

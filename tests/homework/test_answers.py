@@ -207,6 +207,12 @@ def test_answers_below_headings_and_behind_bullets(form: str) -> None:
     assert read["2a"] in ([["1", "2"], ["3", "4"]], "[[1, 2], [3, 4]]")
 
 
+@pytest.mark.parametrize("text", ["T: 1 s\nt: 2 s\n", "answers: {T: 1 s, t: 2 s}", "- T: 1 s\n- t: 2 s\n"])
+def test_names_of_questions_may_differ_in_capitals(text: str) -> None:
+    assert read(text, ["T", "t"]) == {"T": "1 s", "t": "2 s"}
+    assert read(text, ["T"]) == {"T": ("duplicate_key", read(text, ["T"])["T"][1])}
+
+
 @pytest.mark.parametrize("text", ["answers:\n  s: 3 m\n", "answers: {s: 3 m}", "answer s: 3 m"])
 def test_the_head_is_no_answer_to_a_question_named_s(text: str) -> None:
     assert read(text, ["s"]) == {"s": "3 m"}
