@@ -21,18 +21,19 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from itertools import chain, islice
+from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rigidcli.algebra.arithmetic import weak_sign
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.expressions import Expr, number, symbol
 from rigidcli.algebra.substitution import from_tree
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ComputationError, ExpressionError, shortened
 from rigidcli.language import tree
 from rigidcli.language.parser import read
 from rigidcli.language.text import reading
-from rigidcli.language.tree import Node
+from rigidcli.language.tree import Kind, Node, Parts, fold
 
 if TYPE_CHECKING:
     from rigidcli.homework.base import KeySource
@@ -41,20 +42,20 @@ if TYPE_CHECKING:
 Ball: TypeAlias = Any  # a ball of python-flint, `flint.arb`
 Point: TypeAlias = Mapping[str, Ball]  # values of names
 BITS = 1024  # the precision of balls: an answer must agree with its key to some 300 digits
-LARGEST_VALUE = 1e6  # the largest value of a name at a test point
 # Sizes of the values of names at the first points: near to one, and far from it.
-RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, LARGEST_VALUE)] * 4)
+RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
 # Points that are tried where a key has few values: one of a hundred is within its conditions.
 MOST_POINTS = 400
 LEAST_POINTS = 4  # points with values that an agreement needs: at fewer, it may be that of two branches only
 MOST_KEPT = 64  # outcomes that are kept: a reading of an answer is chosen, and then judged
-MOST_NODES = 400  # nodes of two formulas that are worked out exactly: a larger normal form takes long
-VAGUE = 0.25  # a difference known less precisely than this share of the terms proves nothing
+MOST_NODES = 300  # nodes of a formula that is worked out exactly: a larger normal form takes long
+# The largest shares of the terms by which decimals, and by which rounding alone may leave a difference open.
+VAGUE, ROUNDING_OF_BALLS = 0.25, 2.0**-256
 UNTESTED = 2.0**-96  # a smaller share of the largest term is not tested: it may be rounding, or a narrow peak
 COARSEST = Fraction(1, 50)  # the most that a decimal may be off: 0.33 stands for a third, and 0.3 does not
 NEVER = 10_000  # more figures than a number has
-ROUNDING_OF_BALLS = 2.0**-256  # a share of the terms that cancel which rounding alone explains
-MAX_POWER = 10_000  # the largest whole exponent that is worked out exactly
+NOT_EXACT = (ExpressionError, ComputationError, ArithmeticError, ValueError, KeyError)
+MAX_POWER = 10_000  # the largest number in an exponent that is worked out exactly
 
 
 def all_same(outcomes: Iterable[bool | str]) -> bool | str:
@@ -96,11 +97,15 @@ class FormulaComparison:
         """The values of a formula at the first test points of a seed; None where it has no value."""
         from flint import ctx
 
-        node, steps = self.names.without_derived(node), Steps()
-        root, domains = steps.add(node), _domains(self.names, [node])
+        node = self.names.without_derived(node)
+        values = list[Ball | None]()
         with ctx.workprec(BITS):
-            found = [steps.values(point)[root] for point in islice(points(domains, seed or self.name), most)]
-        return [None if isinstance(value, NoValue) else value for value in found]
+            for point in islice(points(_domains(self.names, [node]), seed or self.name), most):
+                try:
+                    values.append(value_at(point, node, _BALLS))
+                except NoValue:
+                    values.append(None)
+        return values
 
     def pivots(self, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
         """The rows and columns of the pivots of a matrix, at the test point where it has the most of them."""
@@ -147,6 +152,8 @@ def _outcome(
 
 @lru_cache(MOST_KEPT)
 def _exact(formulas: FormulaComparison, node: Node) -> Expr:
+    if sum(1 for _ in tree.nodes([node])) > MOST_NODES:
+        raise ExpressionError("the formula is too long")
     return formulas.exact(node)
 
 
@@ -162,40 +169,42 @@ class _AtPoint(Enum):
 
 
 class _Comparison:
-    """An answer and its key, in independent names, at the points that follow from both."""
+    """An answer and its key, in independent names, at the points that follow from both.
+
+    They are the same at the points `agreeing`.
+    """
 
     def __init__(
         self, formulas: FormulaComparison, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
-        self.formulas, self.beside, self.nodes = formulas, beside, (answer, key)
-        self.relative, self.constant, self.steps = formulas.relative, constant, Steps()
+        self.formulas, self.beside = formulas, beside
+        self.relative, self.constant = formulas.relative, constant
+        self.within = list(map(formulas.independent, formulas.within))
         # In a key 0.5 is a half, and 0.333 may be a third.
-        self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
-        self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
-        # What decimals leave open is measured by the terms of the key: 1.0*10^9*x - 1.0*10^9*x is vague, but
-        # not in units of its own terms. What ought to be zero has no terms beside its own.
-        is_zero = isinstance(key, tree.Number) and not key.value
-        of_both = self.relative is None and (is_zero or not self.steps.has_decimals)
-        self.measured = (self.key, self.answer) if of_both else (self.key,)
-        parts = [self.steps.parts[root] for root in self.measured]
-        self.terms = [term for node, _, terms in parts if isinstance(node, tree.Sum) for term in terms]
-        within = [formulas.independent(node) for node in formulas.within]
-        self.within = list(map(self.steps.add, within))
-        self.domains = _domains(formulas.names, [answer, key, *within])
+        rounded = dict.fromkeys(_decimals(answer), 1) | dict.fromkeys(_decimals(key), 3)
+        self.has_decimals = self.relative is None and bool(rounded)
+        if self.has_decimals:
+            answer, key = _with_exact_exponents(answer), _with_exact_exponents(key)
+            self.kind = _BALLS._replace(number=lambda text, _: _number(text, rounded.get(text, NEVER)))
+        else:
+            self.kind = _BALLS
+        self.answer, self.key = answer, key
+        self.domains = _domains(formulas.names, [answer, key, *self.within])
         self.seed = f"{formulas.name}\n{key}\n{answer}"
         self.counts = Counter[_AtPoint]()
+        self.agreeing = list[Point]()
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left untested: cheap tests come first."""
         if self.key == self.answer:
             return True
-        for pair in chain(self.pairs(), self.crossings()):
+        for pair in self.pairs():
             found = self.at(pair)
             if found is _AtPoint.DIFFERS:
                 return False
             self.counts[found] += 1
             # A point shows that most wrong answers are wrong, and costs less than the normal form.
-            if self.is_identical and not sided(self.nodes[0]):
+            if found is _AtPoint.AGREES and self.is_identical and self.has_values_of_key:
                 return True
         lost, agreeing = self.counts[_AtPoint.LOST], self.counts[_AtPoint.AGREES]
         if self.is_identical and not lost:
@@ -206,7 +215,7 @@ class _Comparison:
             return f"it has a value at fewer than {LEAST_POINTS} test points"
         if lost or self.counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
-        if untested := self.steps.untested():
+        if untested := self.untested():
             return f"`{shortened(reading(untested), 60)}` is too small to be tested"
         return self.one_sided() or True
 
@@ -217,113 +226,117 @@ class _Comparison:
         """
         variable = self.formulas.names.variable
         changing = {name: domain for name, domain in self.domains.items() if name in variable}
-        both = zip(points(self.domains, self.seed), points(changing, f"{self.seed}\nmoved"), strict=True)
-        for place, (point, other) in enumerate(both):
+        moved = points(changing, f"{self.seed}\nmoved")
+        for place, point in enumerate(points(self.domains, self.seed)):
             judged = self.counts.total() - self.counts[_AtPoint.LEFT_OUT]
             if place >= len(RANGES) and judged >= LEAST_POINTS:
                 return
-            yield [point, {**point, **other}] if self.constant else [point]
+            yield [point, {**point, **next(moved)}] if self.constant else [point]
 
     def at(self, pair: Sequence[Point]) -> _AtPoint:
         """What both are at a point; where a constant may differ, their change to another point counts."""
-        states = [self.steps.values(point) for point in pair]
-        needed = [state[place] for state in states for place in (self.key, *self.within)]
-        conditions = [state[place] for state in states for place in self.within]
-        if any(isinstance(value, NoValue) for value in needed) or not all(ball > 0 for ball in conditions):
+        try:
+            keys = [self.value(point, self.key) for point in pair]
+            if not all(self.value(point, condition) > 0 for point in pair for condition in self.within):
+                return _AtPoint.LEFT_OUT
+        except NoValue:
             return _AtPoint.LEFT_OUT
-        missing = [state[self.answer] for state in states if isinstance(state[self.answer], NoValue)]
-        if missing:
-            return _AtPoint.UNCLEAR if all(isinstance(why, Unclear) for why in missing) else _AtPoint.LOST
-        found = self.compared(states)
-        for state in states if found is _AtPoint.AGREES else ():  # what is vague shows as little as its value
-            self.steps.observe(state)
-        return found
-
-    def compared(self, states: Sequence[Sequence[Ball]]) -> _AtPoint:
-        """Whether the values of both agree in one state, or change alike between two.
-
-        The difference is vague if rounding in the larger state exceeds the value in the smaller one.
-        """
-        values = states[0] if len(states) == 1 else [a - b for a, b in zip(*states, strict=True)]
-        places = (self.answer, self.key, *self.terms)
-        gap = values[self.answer] - values[self.key]
-        size = max(abs(values[place].mid()) for place in places)
-        allowed = gap if self.relative is None else gap + _arb()(0, self.relative * size)
+        try:
+            answers = [self.value(point, self.answer) for point in pair]
+        except Unclear:
+            return _AtPoint.UNCLEAR
+        except NoValue:
+            return _AtPoint.LOST
+        own, right = _change(answers), _change(keys)
+        gap = allowed = own - right
+        if self.relative is not None:
+            parts = self.key.terms if isinstance(self.key, tree.Sum) else ()
+            terms = [_change([self.value(point, part) for point in pair]) for part in parts]
+            allowed = gap + _arb()(0, self.relative * max(abs(each.mid()) for each in (own, right, *terms)))
         if not allowed.contains(0):
             return _AtPoint.DIFFERS
-        sizes = [max(abs(state[place].mid()) for place in places) for state in states]
-        if gap.rad() <= min(size, *sizes) * VAGUE:
-            return _AtPoint.AGREES
-        # An exact zero, such as sin(x)^2 + cos(x)^2 - 1, is judged by the size of the terms that cancel.
-        cancelling = min(sum(self.steps.size(root, state) for root in self.measured) for state in states)
-        return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
+        most = VAGUE if self.has_decimals else ROUNDING_OF_BALLS
+        is_clear = gap.rad() <= most * min(abs(key.mid()) for key in keys)
+        if not (is_clear or gap.rad() <= most * min(map(self.size, pair))):
+            return _AtPoint.VAGUE
+        self.agreeing += pair  # a point where the difference is vague shows as little as this
+        return _AtPoint.AGREES
+
+    def value(self, point: Point, node: Node) -> Ball:
+        """The value of a formula at a point, its decimals all that rounds to them. Raises NoValue."""
+        return value_at(point, node, self.kind)
+
+    def size(self, point: Point) -> Ball:
+        """The size of the key before its terms cancel, as those of sin(x)^2 + cos(x)^2 - 1 do.
+
+        What decimals leave open is measured by the key: 1.0*10^9*x - 1.0*10^9*x is vague, but not in units of
+        its own terms. What ought to be zero has no terms beside its own.
+        """
+        is_zero = isinstance(self.key, tree.Number) and not self.key.value
+        nodes = [self.key, self.answer] if is_zero or not self.has_decimals else [self.key]
+        return sum(_size(node, lambda part: self.value(point, part)) for node in nodes)
 
     @cached_property
     def is_identical(self) -> bool:
         """Whether both have the same normal form."""
-        gap = self.exactly(*self.nodes, lambda answer, key: expand(answer - key))
-        return gap is not None and not gap.terms
+        with suppress(*NOT_EXACT):
+            return not expand(self.exact(self.answer) - self.exact(self.key)).terms
+        return False
 
-    def exactly(self, one: Node, other: Node, combined: Callable[[Expr, Expr], Expr]) -> Expr | None:
-        """Two formulas combined as exact expressions; None where that fails or would take long."""
-        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
-            return None
-        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return combined(_exact(self.formulas, one), _exact(self.formulas, other))
+    @cached_property
+    def has_values_of_key(self) -> bool:
+        """Whether an answer of the same normal form has a value, the same, wherever the key has one."""
+        functions = {name for name, _ in sided(self.answer)}
+        return functions.isdisjoint(("asin", "acos", "acosh", "atanh")) and not self.one_sided()
+
+    def exact(self, node: Node) -> Expr:
+        """A formula as an exact expression. Raises NOT_EXACT where that fails or would take long."""
+        return _exact(self.formulas, node)
+
+    def untested(self) -> Node | None:
+        """A term of a sum, or an argument of a function, that was lost beside others at all points."""
+        for node in _parts([self.key, self.answer]):
+            if isinstance(node, tree.Sum | tree.Call):
+                lost = tree.operands(node)
+                for point in self.agreeing:
+                    lost = lost and self.lost(node, lost, point)
+                if lost:
+                    return lost[0]
         return None
 
+    def lost(self, node: Node, some: Sequence[Node], point: Point) -> tuple[Node, ...]:
+        """Those of some terms or arguments that are lost at a point, or that may be any number."""
+        values = {part: self.value(point, part) for part in tree.operands(node)}
+        largest = max(map(abs, values.values())) if isinstance(node, tree.Sum) else 1
+        return tuple(part for part in some if not _is_seen(part, values[part], largest))
+
     def one_sided(self) -> str:
-        """Why the sign inside a function leaves the outcome open; empty if it does not."""
-        for function, argument in self.of_one_sign():
-            words = shortened(reading(argument), 60)
-            return f"the sign of `{words}`, inside {function}, never changed in the tests"
-        return ""
+        """Why the sign inside a function leaves the outcome open; empty if it does not.
 
-    def crossings(self) -> Iterator[Sequence[Point]]:
-        """Points beyond the zeros of arguments of one sign, each by a double step of Newton's method.
-
-        The formula may be another one there: abs(x - 60) is 60 - x at most test points. Zeros that are
-        farther away than any test point stay untested.
+        It does not where the sign follows from the form of the argument, or from that of its quotient by an
+        argument of the same function in the other formula, as in 1/(1 - x^2)^2.
         """
-        changing = self.domains.keys() & (self.formulas.names.variable if self.constant else self.domains)
-        for _, argument in list(self.of_one_sign()):
-            place = self.steps.add(argument)
-            for point in islice(points(self.domains, self.seed), LEAST_POINTS):
-                for name in sorted(changing & tree.names_in(argument)):
-                    x = point[name]
-                    here, there = (self.steps.values({**point, name: each})[place] for each in (x, 2 * x))
-                    if isinstance(here, NoValue) or isinstance(there, NoValue):
-                        continue
-                    beyond = x - 2 * here * x / (there - here)
-                    if abs(beyond) < LARGEST_VALUE and (self.domains[name] == "real" or beyond > 0):
-                        crossing = {**point, name: beyond}
-                        yield [crossing, point] if self.constant else [crossing]
-
-    def of_one_sign(self) -> Iterator[tuple[str, Node]]:
-        """Functions of _SIDED whose arguments had one sign at all points, and stand in one formula only."""
-        for own, other in (self.nodes, self.nodes[::-1]):
-            shared = [pair for node in (other, *self.beside) for pair in sided(node)]
-            for function, argument in sided(own):
-                place = self.steps.add(argument)
-                signs = {(function, place, True), (function, place, False)} & self.steps.signs
-                if len(signs) != 1 or not tree.names_in(argument):
-                    continue
-                # The quotient of two arguments may have one sign, too, as 1/(1 - x^2)^2 has.
+        answer, key = sided(self.answer), sided(self.key)
+        beside = [pair for node in self.beside for pair in sided(node)]
+        for own, shared in ((answer, key + beside), (key, answer + beside)):
+            for function, argument in own:
+                balls = [self.value(point, argument) for point in self.agreeing]
+                signs = {bool(ball > 0) for ball in balls if not ball.contains(0)}
                 alike = [node for name, node in shared if name == function]
-                if argument not in alike and not any(
-                    self.has_one_sign(argument, below) for below in (tree.ONE, *alike)
-                ):
-                    yield function, argument
+                if len(signs) != 1 or not tree.names_in(argument) or argument in alike:
+                    continue
+                if not any(self.has_one_sign(argument, below) for below in (tree.ONE, *alike)):
+                    words = shortened(reading(argument), 60)
+                    return f"the sign of `{words}`, inside {function}, never changed in the tests"
+        return ""
 
     def has_one_sign(self, above: Node, below: Node) -> bool:
         """Whether a quotient has one sign by its form.
 
         A root outweighs what has a smaller square: x + sqrt(x^2 + 1) is positive.
         """
-        quotient = self.exactly(above, below, operator.truediv)
-        if quotient is None:
-            return False
-        with suppress(ComputationError, ExpressionError):
+        with suppress(*NOT_EXACT):
+            quotient = self.exact(above) / self.exact(below)
             if quotient.sign() is not None or weak_sign(quotient) is not None:
                 return True
             roots = [Expr({m: c}) for m, c in quotient.terms.items() if any(n.denominator > 1 for _, n in m)]
@@ -367,141 +380,31 @@ def _domains(names: Names, nodes: Sequence[Node]) -> dict[str, str]:
     return {name: domain for name, domain in names.domains.items() if name in used}
 
 
-class Steps:
-    """Formulas as one list of parts: what stands in several places, or formulas, is worked out once.
+def value_at(point: Point, node: Node, kind: Kind) -> Ball:
+    """The value of a formula at a point, of a kind of balls. Raises NoValue, Unclear."""
 
-    A part is a formula with its detail (the digits of a number, the rational exponent of a power) and the
-    places of its operands. `signs` has the signs of arguments that have been seen: (function, place of its
-    argument, whether that is positive). `tested` has the terms of sums, and the arguments of functions, that
-    were not lost beside others: (place of the sum, place of the term).
-    """
+    def value(name: str) -> Ball:
+        if name not in point:
+            raise Unclear
+        return point[name]
 
-    def __init__(self) -> None:
-        self.parts: list[tuple[Node, Any, tuple[int, ...]]] = []
-        self.signs: set[tuple[str, int, bool]] = set()
-        self.tested: set[tuple[int, int]] = set()
-        self._places: dict[tuple[Any, ...], int] = {}
-        self._decimals: dict[str, tuple[str, int]] = {}
-
-    def add(self, node: Node, rounded: int = NEVER) -> int:
-        """The place of a formula; a decimal of `rounded` figures or more is all that rounds to it."""
-        detail: Any = None
-        operands = tree.operands(node)
-        match node:
-            case tree.Name(detail) | tree.Constant(detail) | tree.Call(detail, _):
-                pass
-            case tree.Number(text, _):
-                # A decimal that two formulas share is the same number in both, as the first of them has it.
-                detail = self._decimals.setdefault(text, (text, rounded if "." in text else NEVER))
-            case tree.Power(base, exponent):
-                detail = _rational(exponent)
-                operands = operands if detail is None else (base,)
-        places = tuple([self.add(operand, rounded) for operand in operands])
-        part = (type(node), detail, places)
-        place = self._places.setdefault(part, len(self.parts))
-        if place == len(self.parts):
-            self.parts.append((node, detail, places))
-        return place
-
-    @property
-    def has_decimals(self) -> bool:
-        """Whether a decimal in the formulas stands for all numbers that round to it."""
-        return any(rounded < NEVER for _, rounded in self._decimals.values())
-
-    def values(self, point: Point) -> list[Ball]:
-        """The values of all parts at a point, NoValue or Unclear where there is none."""
-        values = list[Ball]()
-        for node, detail, places in self.parts:
-            inner = [values[place] for place in places]
-            missing = [value for value in inner if isinstance(value, NoValue)]
-            try:
-                values.append(missing[0] if missing else _value(node, detail, inner, point))
-            except NoValue as why:
-                values.append(why)
-        return values
-
-    def size(self, root: int, values: Sequence[Ball]) -> Ball:
-        """The size of a formula before its terms cancel, from the values of its parts."""
-        node, exponent, places = self.parts[root]
-        match node:
-            case tree.Sum() | tree.Negative():
-                return sum(self.size(place, values) for place in places)
-            case tree.Product():
-                return math.prod(self.size(place, values) for place in places)
-            case tree.Power() if exponent is not None and exponent.denominator == 1:
-                return self.size(places[0], values) ** exponent.numerator
-        return abs(values[root].mid())
-
-    def observe(self, values: Sequence[Ball]) -> None:
-        """Note what the values of all parts show."""
-        for place, (node, detail, operands) in enumerate(self.parts):
-            inner = [values[operand] for operand in operands]
-            function = function_of(node)
-            is_whole = isinstance(node, tree.Power) and detail is None and _whole(inner[1]) is not None
-            if function and not is_whole and not inner[0].contains(0):
-                self.signs.add((function, operands[0], bool(inner[0] > 0)))
-            if isinstance(node, tree.Sum | tree.Call):
-                least = UNTESTED
-                if isinstance(node, tree.Sum):
-                    least = max(value.abs_upper() for value in inner) * UNTESTED
-                for operand, value in zip(operands, inner, strict=True):
-                    size = value.abs_lower()
-                    # What may be any number is not tested, either; a plain number may be zero.
-                    is_zero = value.is_zero() and not tree.names_in(self.parts[operand][0])
-                    if (size > least and size > value.rad()) or is_zero:
-                        self.tested.add((place, operand))
-
-    def untested(self) -> Node | None:
-        """A term of a sum, or an argument of a function, that was lost beside others at all points."""
-        for place, (node, _, operands) in enumerate(self.parts):
-            for operand in operands if isinstance(node, tree.Sum | tree.Call) else ():
-                if (place, operand) not in self.tested:
-                    return self.parts[operand][0]
-        return None
+    return fold(node, value, kind)
 
 
-def _value(node: Node, detail: Any, inner: list[Ball], point: Point) -> Ball:
-    """The value of a part from the values of its operands. Raises NoValue, Unclear."""
-    match node:
-        case tree.Product():
-            return math.prod(inner)
-        case tree.Sum():
-            return sum(inner)
-        case tree.Name(name) if name in point:
-            return point[name]
-        case tree.Number():
-            return _number(*detail)
-        case tree.Negative():
-            return -inner[0]
-        case tree.Reciprocal():
-            return _inverse(inner[0])
-        case tree.Power():
-            return _raised(detail, *inner)
-        case tree.Constant():
-            return _arb().pi()
-        case tree.Call(function) if function in _FUNCTIONS:
-            return _called(function, inner)
-    raise Unclear  # a name or a function without a value
+def _product(factors: Parts) -> Ball:
+    return math.prod(_inverse(value) if divides else value for divides, value in factors)
 
 
-def _raised(exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
-    """A power, whose base must be positive unless the exponent is a whole number."""
-    rational = _whole(raised) if exponent is None else exponent
-    if rational is not None and rational.denominator <= 2:
-        root = base if rational.denominator == 1 else _called("sqrt", [base])
-        power = root ** abs(rational.numerator)
-        return power if rational >= 0 else _inverse(power)
+def _power(base: Ball, exponent: Ball) -> Ball:
+    """A power, whose base must be positive unless the exponent is a whole number, or a half one."""
+    if abs(exponent) <= MAX_POWER and (halves := (2 * exponent).unique_fmpz()) is not None:
+        power = base ** abs(halves // 2) if halves % 2 == 0 else _called("sqrt", [base]) ** abs(halves)
+        return power if halves >= 0 else _inverse(power)
     if base < 0:
         raise NoValue
     if base.contains(0):
         raise Unclear
-    return _finite(base ** (raised if exponent is None else _ball(exponent)))
-
-
-def _whole(exponent: Ball) -> Fraction | None:
-    """The whole number that an exponent such as 2 + k - k is, if it is one, and not too large."""
-    integer = exponent.unique_fmpz() if exponent.rad() < ROUNDING_OF_BALLS else None
-    return None if integer is None or abs(integer) > MAX_POWER else Fraction(int(integer))
+    return _finite(base**exponent)
 
 
 @lru_cache(1)
@@ -529,6 +432,8 @@ def _number(text: str, rounded: int) -> Ball:
     A decimal of an answer, of which all are `rounded`, may also be cut: 0.9166 is 11/12. What is cut is off
     by less than one unit of its last digit: 0.99 is not 1, which is cut to 1.00.
     """
+    if text == "pi":
+        return _arb().pi()
     mantissa, _, exponent = text.lower().partition("e")
     decimals = mantissa.partition(".")[2]
     if abs(int(exponent or 0)) > MAX_POWER:
@@ -544,18 +449,6 @@ def _number(text: str, rounded: int) -> Ball:
     return value + _ball((above - below) / 2) + _arb()(0, _ball((above + below) / 2))
 
 
-@lru_cache(1024)
-def _rational(node: Node) -> Fraction | None:
-    """The exponent that a formula without names is, where it is a small rational number."""
-    if tree.names_in(node):
-        return None
-    with suppress(ExpressionError):
-        number = from_tree(node).as_number
-        if number is not None and max(abs(number.numerator), number.denominator) <= MAX_POWER:
-            return Fraction(number)
-    return None
-
-
 def _inverse(value: Ball) -> Ball:
     if value.contains(0):
         raise NoValue if value.is_zero() else Unclear
@@ -564,6 +457,8 @@ def _inverse(value: Ball) -> Ball:
 
 def _called(function: str, arguments: list[Ball]) -> Ball:
     """The value of a function. Raises NoValue outside of its domain, Unclear on the edge of it."""
+    if function not in _FUNCTIONS:
+        raise Unclear
     x = arguments[0]
     least, most = _DOMAINS.get(function, (-math.inf, math.inf))
     if x < least or x > most:
@@ -584,10 +479,72 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 }
 
 
+_BALLS = Kind(
+    number=lambda text, _: _number(text, NEVER),
+    negative=operator.neg,
+    sum=lambda terms: sum(-value if is_subtracted else value for is_subtracted, value in terms),
+    product=_product,
+    power=_power,
+    call=_called,
+)
+
+
+def _change(values: Sequence[Ball]) -> Ball:
+    """The value at one point, or how much it changes between two."""
+    return values[0] - values[1] if len(values) > 1 else values[0]
+
+
+def _size(node: Node, value: Callable[[Node], Ball]) -> Ball:
+    """The size of a formula before its terms cancel, from the values of its parts."""
+    match node:
+        case tree.Sum(parts):
+            return sum(_size(part, value) for part in parts)
+        case tree.Product(parts):
+            return math.prod(_size(part, value) for part in parts)
+        case tree.Negative(operand):
+            return _size(operand, value)
+        case tree.Power(base, tree.Number(_, exponent)) if exponent.is_integer():
+            return _size(base, value) ** int(exponent)
+    return abs(value(node).mid())
+
+
+def _is_seen(part: Node, value: Ball, largest: Ball) -> bool:
+    if value.is_zero() and not tree.names_in(part):
+        return True  # a plain number may be zero
+    return bool(value.abs_lower() > largest * UNTESTED and value.abs_lower() > value.rad())
+
+
 # --- the form of formulas
 
 # Functions whose formula may differ between arguments of either sign: abs(x) is x or -x.
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
+
+
+@lru_cache(1024)
+def _rational(node: Node) -> Fraction | None:
+    """The exponent that a formula is, where that is a small rational number, as 2 + k - k is."""
+    with suppress(ExpressionError):
+        value = from_tree(node).as_number
+        if value is not None and max(abs(value.numerator), value.denominator) <= MAX_POWER:
+            return Fraction(value)
+    return None
+
+
+def _with_exact_exponents(node: Node) -> Node:
+    """The formula with fractions for rational exponents, of which no decimal stands for others."""
+    if isinstance(node, tree.Power) and (exponent := _rational(node.exponent)) is not None:
+        return tree.Power(_with_exact_exponents(node.base), to_tree(number(exponent)))
+    return tree.rebuilt(node, _with_exact_exponents)
+
+
+def _parts(formulas: Sequence[Node]) -> Iterator[Node]:
+    """All parts of formulas, each behind those that it is made of."""
+    return reversed(list(tree.nodes(formulas)))
+
+
+def _decimals(node: Node) -> set[str]:
+    """The decimals in a formula, as they were typed."""
+    return {part.text for part in tree.nodes([node]) if isinstance(part, tree.Number) and "." in part.text}
 
 
 def function_of(node: Node) -> str:
@@ -603,9 +560,8 @@ def function_of(node: Node) -> str:
 
 
 def sided(node: Node) -> list[tuple[str, Node]]:
-    """The functions of _SIDED in a formula, with their arguments, the first to be worked out first."""
-    parts = reversed(list(tree.nodes([node])))
-    found = [(name, tree.operands(part)[0]) for part in parts if (name := function_of(part))]
+    """The functions of _SIDED in a formula, with their arguments."""
+    found = [(name, tree.operands(part)[0]) for part in _parts([node]) if (name := function_of(part))]
     return list(dict.fromkeys(found))
 
 
