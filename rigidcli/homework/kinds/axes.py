@@ -45,8 +45,10 @@ _AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]|(?<![^\\W\\d])[i
 # What stands between axes, besides the moments.
 _NO_MOMENT = re.compile(
     r"(?i)\b(?:with|along|for|and|axis|axes|direction|vector|eigenvector|moment|mit|um|und|achse|entlang|avec|axe|con|eje)\b"
-    r"|(?:\b[^\W\d]\w*\s*=|[,;]\s*[^\W\d]\w*\s*:)(?=[^=:]*\Z)|[-=]>|[\s:,;]+(?=\Z)|(?<=\A)[\s:,;]+"
+    r"|[-=]>"
 )
+# The last name that is given something, of a moment or of an axis.
+_NAME = re.compile(r"(?:\b[^\W\d]\w*\s*=|[,;]\s*[^\W\d]\w*\s*:)(?=[^=:]*\Z)")
 
 
 class Pairs(NamedTuple):
@@ -306,32 +308,31 @@ def _in_line(text: str) -> Tree:
         closings = sorted(closings_of(text).items())
     except ExpressionError:
         return None
-    between, axes, begin = list[str](), list[str](), 0
+    ends = [0]  # where an axis begins, and where it ends
     for start, end in closings if len(closings) <= MOST_BRACKETS else ():
-        if start >= begin and len(cut(text[start + 1 : end], _SEPARATOR)) == 3:
-            between.append(text[begin:start])
+        if start >= ends[-1] and len(cut(text[start + 1 : end], _SEPARATOR)) == 3:
             divided = _DIVIDED.match(text, end + 1)
-            begin = divided.end() if divided else end + 1
-            axes.append(text[start:begin])
-    moments = [_moment_in(each) for each in (*between, text[begin:])]
-    for given, rest in ((moments[:-1], moments[-1]), (moments[1:], moments[0])):
-        if len(axes) > 1 and all(re.search(r"\w", each) for each in given) and not rest:
-            # A factor of the axis may stand behind the moment: `3: 1/sqrt(2) (1, 1, 0)`.
-            parts = [each.partition(":" if re.match(r"[-+.\d]", each) else "\0") for each in given]
-            return [[own, f"{factor} {axis}"] for (own, _, factor), axis in zip(parts, axes, strict=True)]
+            ends += [start, divided.end() if divided else end + 1]
+    around = (pair for pair in closings if any(pair[0] < start < pair[1] for start in ends[1::2]))
+    of_list = {bracket for pair in around for bracket in pair}
+    text = "".join(" " if place in of_list else sign for place, sign in enumerate(text))
+    pieces = [text[begin:end] for begin, end in pairwise([*ends, len(text)])]
+    axes, between = pieces[1::2], list(map(_moment_and_factor, pieces[::2]))
+    # A moment stands before its axis, or else behind it, where a factor would belong to the next axis.
+    behind = [] if any(factor for _, factor in between[1:]) else between[1:]
+    for given, rest in ((between[:-1], between[-1]), (behind, between[0])):
+        if len(given) > 1 and all(re.search(r"\w", own) for own, _ in given) and not any(rest):
+            return [[own, f"{factor} {axis}"] for (own, factor), axis in zip(given, axes, strict=True)]
     return None
 
 
-def _moment_in(text: str) -> str:
-    """The moment in what stands between two axes, where brackets of the list are open or closed."""
-    unpaired = list[int]()
-    for place, sign in enumerate(text):
-        if sign in ")]}" and unpaired and text[unpaired[-1]] in "([{":
-            unpaired.pop()
-        elif sign in "()[]{}":
-            unpaired.append(place)
-    text = "".join(" " if place in unpaired else sign for place, sign in enumerate(text))
-    return _NO_MOMENT.sub("", _NO_MOMENT.sub("", text)).strip()
+def _moment_and_factor(between: str) -> tuple[str, str]:
+    """The moment, and the factor of the axis behind it, in `3: 1/sqrt(2)` or `I1 = 3, e1 = 1/sqrt(2)`."""
+    parts = [part.strip(" \t\n,;:") for part in _NAME.split(_NO_MOMENT.sub("", between))]
+    if len(parts) == 2 and parts[0]:
+        return parts[0], parts[1]
+    moment, _, factor = parts[-1].partition(":" if re.match(r"[-+.\d]", parts[-1]) else "\0")
+    return moment, factor
 
 
 def _pair(entry: Tree) -> list[Tree]:
