@@ -175,23 +175,21 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     pairs = [(a, b) for a, b in zip(own, right, strict=True) if a is not None and b is not None]
     if len(pairs) < LEAST_POINTS:
         return [Finding("outside_tolerance")]
-    if any(not math.isfinite(float(value)) for value, _ in pairs):
-        return [Finding("outside_tolerance", detail="its values are beyond the range of numbers")]
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
-    if factor and math.isfinite(factor) and abs(factor - 1) > FACTOR_ERROR:
+    if factor and abs(factor - 1) > FACTOR_ERROR:
         return [Finding(common_factor(factor, None, (), FACTOR_ERROR) or "constant_factor")]
     lacking = f"`{min(missing)}` does not occur in it" if missing else ""
     return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance", detail=lacking)]
 
 
 def _common(balls: Sequence[Ball]) -> float | None:
-    """The one number within all balls; None where there is none, or the balls are too wide."""
+    """The one number within all balls; None where there is none, or it is no float."""
     if len(balls) < LEAST_POINTS:
         return None
     best = min(balls, key=lambda ball: float(ball.rad()))
-    is_common = all(ball.overlaps(best) for ball in balls)
+    is_common = all(ball.overlaps(best) for ball in balls) and math.isfinite(best)
     return float(best.mid()) if is_common and best.rad() <= FACTOR_ERROR * abs(best.mid()) else None
 
 
