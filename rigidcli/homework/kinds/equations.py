@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
+from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
 from rigidcli.algebra.matrices import Matrix, determinant, null_vectors
 from rigidcli.algebra.substitution import from_tree
@@ -42,6 +42,7 @@ from rigidcli.homework.reading import (
 from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
+from rigidcli.mechanics.phase_space import linear
 
 # The equations that can be read, and what is wrong with the others.
 Answer: TypeAlias = tuple[Sequence[Sides], Sequence[Finding]]
@@ -410,16 +411,12 @@ def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, 
 
 def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:
     """The derivatives `tops` that linear equations determine. Raises ValueProblem."""
-    rows: list[list[Expr]] = []
-    for left, right in sides:
-        parts = coefficients(from_tree(Sum((left, Negative(right)))), tops)
-        if not has_degrees(parts, 0, 1):
-            raise ValueProblem("the equations are not linear in the derivatives")
-        slopes = [coefficient(parts, len(tops), place) for place in range(len(tops))]
-        rows.append([*slopes, coefficient(parts, len(tops))])
-    if len(rows) != len(tops):
-        raise ValueProblem(f"{len(rows)} equations do not go with {len(tops)} unknown functions of the time")
-    vectors = null_vectors(rows)
+    found = linear([from_tree(Sum((left, Negative(right)))) for left, right in sides], tops)
+    if found is None:
+        raise ValueProblem("the equations are not linear in the derivatives")
+    if len(sides) != len(tops):
+        raise ValueProblem(f"{len(sides)} equations do not go with {len(tops)} unknown functions of the time")
+    vectors = null_vectors([[*slopes, rest] for slopes, rest in zip(*found, strict=True)])
     if len(vectors) != 1 or vectors[0][-1] != ONE:
         raise ValueProblem("the equations do not determine the derivatives")
     return {top: to_tree(rate) for top, rate in zip(tops, vectors[0], strict=False)}

@@ -190,10 +190,9 @@ def _compared(key: TrajectoryKey, rows: Floats) -> tuple[Floats, Floats, Floats]
 
 def _wrapped(key: TrajectoryKey, differences: Floats) -> Floats:
     """Differences of the columns (k by m), those of angles reduced to half a turn at most."""
-    own = np.where(np.isfinite(key.periods), key.periods, 1.0)
-    # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
-    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= key.margins / 4)
-    return np.where(turns, differences - own * np.round(differences / own), differences)
+    half = key.periods / 2
+    turned = np.remainder(differences + half, key.periods) - half
+    return np.where(np.isfinite(key.periods), turned, differences)
 
 
 def _reach(key: TrajectoryKey, times: Floats) -> tuple[float, bool]:
