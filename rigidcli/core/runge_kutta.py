@@ -41,8 +41,9 @@ from rigidcli.errors import ComputationError
 
 STEPS_PER_REPORT = 128  # Steps from one estimate of rounding errors, and one report of progress, to the next.
 SMALLEST_SCALE = 1e-280  # Smallest scale of a variable.
-# Jumps of f that are crossed before a regular step: with more, the solution would slide along the jump.
+# Jumps of f that are crossed one after the other: with more, the solution would slide along the jump.
 MOST_JUMPS = 16
+FAR = 1e6  # What is so many shortest steps away from a jump or a pole is far from it.
 
 
 class March:
@@ -59,14 +60,14 @@ class March:
         self.elements, self.roundings = problem.flow(np), None if roundings is None else roundings(np)
         self.t, self.end = problem.span
         self.span, self.tolerance = self.end - self.t, problem.tolerance
+        self.longest, self.project = problem.longest, problem.project
         self.y: State = tuple(problem.start.tolist())
         self.k: State = self.f(self.t, *self.y)
         self.times, self.states = array("d", [self.t]), array("d", self.y)
-        self.h = math.copysign(min(abs(self.span) / 1000, problem.longest), self.span)
+        self.h = math.copysign(min(abs(self.span) / 1000, self.longest), self.span)
         self.least = least_sizes(problem, self.f) if least is None else least
-        self.landed, self.shortest = self.t, 0.0  # the end of the last crossed stop, and the shortest step
+        self.landed = self.jumped = self.t  # the ends of the last crossed stop, and of the last jump
         self.failures = self.taken = self.jumps = 0
-        self.regular = True
         self._estimate_floors()
         self.steps = self._steps()
 
@@ -84,19 +85,15 @@ class March:
             if goal == self.t:
                 self._cross_stop(beyond)
                 goal, beyond = next(edges)
-                continue
-            to, error, after, slope = self._attempt(goal)
-            if not error <= 1.0:
-                self._reject(error)
-                continue
-            self._accept(to, error, after, slope)
-            if not self.taken % STEPS_PER_REPORT:
-                if hopeless(self.times, self.taken, self.end, most):
-                    raise TooManySteps(self.problem.name, self.taken, self.t, self.end, most)
-                yield self.t
-            # At a stop f may jump, which must not pass for rounding errors.
-            if (not self.taken % STEPS_PER_REPORT or abs(self.h) > 4 * self.reach) and self.t != goal:
-                self._estimate_floors()
+            elif self._is_taken(goal):
+                is_due = not self.taken % STEPS_PER_REPORT
+                if is_due:
+                    if hopeless(self.times, self.taken, self.end, most):
+                        raise TooManySteps(self.problem.name, self.taken, self.t, self.end, most)
+                    yield self.t
+                # At a stop f may jump, which must not pass for rounding errors.
+                if (is_due or abs(self.h) > 4 * self.reach) and self.t != goal:
+                    self._estimate_floors()
 
     def solution(self, note: str | None = None) -> Solution:
         """The solution as far as it has come."""
@@ -124,54 +121,56 @@ class March:
         self.times.append(t)
         self.states.extend(y)
 
-    def _attempt(self, goal: float) -> tuple[float, float, State, State]:
-        """The time after a step towards the goal, its error, the state, and the slope there.
+    def _is_taken(self, goal: float) -> bool:
+        """Try a step towards the goal, and choose the length of the next one.
 
         Raises Stopped where steps are too short.
         """
-        t, left, h = self.t, goal - self.t, self.h
-        self.shortest = SHORTEST_STEP * max(abs(t), ORIGIN_OF_TIME * abs(self.span))
-        if abs(h) < self.shortest:
-            return self._jump(math.copysign(min(self.shortest, abs(left)), h))
-        # What is left is shared by two steps, so that the last one is no mere rest.
-        to = goal if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
-        # Times are what a solution is asked by: the step is their difference, free of rounding.
-        self.h = h = to - t
-        try:
-            error, after, slope = self.step(
-                self.f, t, h, self.y, self.k, self.floors, self.least, self.tolerance
-            )
-            if self.problem.project is not None and error <= 1.0:
-                after = self.problem.project(to, after)
-                slope = self.f(to, *after)
-        except NO_VALUE:
-            return to, math.nan, self.y, self.k
-        return to, error, after, slope
+        t, h, left = self.t, self.h, goal - self.t
+        size, distance = abs(h), abs(left)
+        if size < self._shortest():
+            h = math.copysign(min(self._shortest(), distance), h)
+            self._jump(h)
+            error = 0.0
+        else:
+            # What is left is shared by two steps, so that the last one is no mere rest.
+            to = goal if distance <= size else t + (left / 2 if distance < 2 * size else h)
+            # Times are what a solution is asked by: the step is their difference, free of rounding.
+            h = to - t
+            try:
+                error, y, k = self.step(self.f, t, h, self.y, self.k, self.floors, self.least, self.tolerance)
+                if self.project is not None and error <= 1.0:
+                    y = self.project(to, y)
+                    k = self.f(to, *y)
+            except NO_VALUE:
+                error = math.nan
+            if not error <= 1.0:
+                self.failures += 1
+                self.h = h * (max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25)
+                if self.failures == 4 and t != self.landed:  # rounding errors may be the reason
+                    self._estimate_floors()
+                return False
+            self._append(to, y, k)
+        # No step is more than six times as long as the last, and none grows after one that failed.
+        growth = min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0)
+        h *= growth
+        self.h = h if abs(h) <= self.longest else math.copysign(self.longest, h)
+        self.failures, self.taken = 0, self.taken + 1
+        return True
 
-    def _jump(self, h: float) -> tuple[float, float, State, State]:
-        """The shortest step, across a jump of f. Raises Stopped where there is none."""
-        self.jumps, self.h, self.failures = self.jumps + 1, h, 0
+    def _shortest(self) -> float:
+        return SHORTEST_STEP * max(abs(self.t), ORIGIN_OF_TIME * abs(self.span))
+
+    def _jump(self, h: float) -> None:
+        """Take the shortest step h, across a jump of f. Raises Stopped where there is none."""
+        far = abs(self.t - self.jumped) > FAR * self._shortest()
+        self.jumps, self.failures = 1 if far else self.jumps + 1, 0
         recent, to = self.states[-STEPS_PER_REPORT * len(self.y) :], self.t + h
         crossed = _crossed(self.f, to, h, self.y, self.k, recent) if self.jumps <= MOST_JUMPS else None
         if crossed is None:
             raise stopped(self.f, self.t, self.y, self.span, self.problem.name)
-        return to, 0.0, *crossed
-
-    def _accept(self, to: float, error: float, after: State, slope: State) -> None:
-        h = self.h
-        self._append(to, after, slope)
-        self.regular = abs(h) > 1e6 * self.shortest  # far from any jump or pole
-        self.jumps = 0 if self.regular else self.jumps
-        # No step is more than six times as long as the last, and none grows after one that failed.
-        growth = min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0)
-        self.h, self.failures = math.copysign(min(abs(h) * growth, self.problem.longest), h), 0
-        self.taken += 1
-
-    def _reject(self, error: float) -> None:
-        self.failures += 1
-        self.h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25
-        if self.failures == 4 and self.t != self.landed:  # rounding errors may be the reason
-            self._estimate_floors()
+        self.jumped = to
+        self._append(to, *crossed)
 
     def _estimate_floors(self) -> None:
         """Find the size of each block of f below which it is rounding errors, divided by the tolerance."""
@@ -179,7 +178,8 @@ class March:
         t, y, k = np.array([self.t]), np.array(self.y)[:, None], np.array(self.k)[:, None]
         errors = rounding_errors(self.elements, self.roundings, t, self.h, y, len(y))
         sizes = 2 * norms(errors, self.parts)
-        if not self.regular:  # a pole may be near, which must not pass for rounding errors
+        last = abs(self.t - self.times[-2]) if self.taken else math.inf
+        if last < FAR * self._shortest():  # a pole may be near, which must not pass for rounding errors
             sizes = np.minimum(sizes, 1e-4 * norms(k, self.parts))
         self.floors = tuple((sizes[:, 0] / self.tolerance).tolist())
 
