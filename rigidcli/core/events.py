@@ -1,8 +1,7 @@
 """Where a function of the time and the state passes zero along a solution.
 
 The function is evaluated at several times in each step, and at more of them near minima of its size, so that
-it cannot pass zero and come back unseen. Each pass is then narrowed down by the Illinois method. Source: M.
-Dowell, P. Jarratt, BIT 11 (1971) 168.
+it cannot pass zero and come back unseen. Each pass is then narrowed down by the signs at times in between.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ from rigidcli.core.solution import Solution
 
 LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated.
 VALLEY_ROUNDS = 7  # Rounds in which a minimum of the size is narrowed down, each 8 times.
-# The most turns of the Illinois method; it takes about ten, and more where there is a jump.
-MOST_ILLINOIS_TURNS = 200
+# Rounds in which a pass is narrowed down, and by how much in each: to the rounding of the time, all in all.
+ROUNDS_TO_A_ZERO, PARTS_OF_A_ROUND = 17, 8
 
 
 class Events(NamedTuple):
@@ -102,22 +101,15 @@ def valleys(
 
 
 def _narrowed(values: Callable[[Floats], Floats], low: Floats, high: Floats, first: Floats) -> Floats:
-    """The times (k) between `low`, where the function has the sign `first`, and `high`, where it has not."""
-    below, above = np.abs(values(low)), -np.abs(values(high))  # times the sign at first
-    best, least, middle = high, -above, low
-    for turn in range(MOST_ILLINOIS_TURNS if len(low) else 0):
-        with np.errstate(all="ignore"):
-            share = below / (below - above)
-        # Every third turn halves, which a function that is flat near its zero needs.
-        share = np.where(np.isfinite(share) & (turn % 3 < 2), share, 0.5)
-        before, middle = middle, low + (high - low) * np.clip(share, 0.0, 1.0)
-        at = values(middle) * first
-        best, least = np.where(np.abs(at) <= least, middle, best), np.fmin(np.abs(at), least)
-        is_before = at > 0
-        low, high = np.where(is_before, middle, low), np.where(is_before, high, middle)
-        below, above = np.where(is_before, at, below / 2), np.where(is_before, above / 2, at)
-        small = 2 * EPS * np.abs(middle)
-        is_still = (turn % 3 == 1) & (np.abs(middle - before) <= small)
-        if np.all((high - low <= small) | (least == 0) | is_still):
-            break
-    return best
+    """The times (k) between `low` and `high` until which the function has the sign `first`.
+
+    Of the two neighbouring floats, it is the one where the function is nearer to zero.
+    """
+    every = np.arange(len(low))
+    for _ in range(ROUNDS_TO_A_ZERO if len(low) else 0):
+        times = np.linspace(low, high, PARTS_OF_A_ROUND + 1, axis=-1)
+        is_beyond = ~(values(times) * first[:, None] > 0)
+        is_beyond[:, 0], is_beyond[:, -1] = False, True
+        place = is_beyond.argmax(axis=1)
+        low, high = times[every, place - 1], times[every, place]
+    return np.where(np.abs(values(low)) < np.abs(values(high)), low, high)
