@@ -17,8 +17,6 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
-from signal import default_int_handler
-from threading import current_thread, main_thread
 from types import ModuleType
 from typing import Any
 
@@ -243,22 +241,14 @@ def loaded() -> ModuleType:
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
     """A context in which an interrupt waits: compiled code that it hits turns it into errors of its own."""
-    ours = current_thread() is main_thread() and signal.getsignal(signal.SIGINT) is default_int_handler
-    asked = False
-
-    def remember(number: int, frame: object) -> None:
-        nonlocal asked
-        asked = True
-
-    if ours:
-        signal.signal(signal.SIGINT, remember)
+    if not hasattr(signal, "pthread_sigmask"):  # as on Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
-        if ours:
-            signal.signal(signal.SIGINT, default_int_handler)
-        if asked:
-            raise KeyboardInterrupt
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _follows(
