@@ -22,20 +22,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from operator import mul
 from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
+from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, tidy_array, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
 from rigidcli.algebra.bounds import content
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, number, symbol, total
+from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.simplification import tidy as short_form
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
@@ -46,74 +44,65 @@ from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 from rigidcli.mechanics.phase_space import Phase, linear
 
-Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"  # the real and imaginary parts of entries
+Vector: TypeAlias = Array  # the real and the imaginary part of each entry (n by 2)
+
+
+def _array(rows: Sequence[Any]) -> Array:
+    return np.array(rows, dtype=object)
 
 
 class LinearMotion(NamedTuple):
     """The matrices M, C and K (n by n each)."""
 
-    masses: Matrix
-    rates: Matrix
-    stiffness: Matrix
+    masses: Array
+    rates: Array
+    stiffness: Array
 
     @classmethod
-    def of_matrix(cls, matrix: Matrix) -> LinearMotion:
+    def of_matrix(cls, matrix: Array) -> LinearMotion:
         """The motion z' = A z of coordinates q and their momenta p, without the momenta where that can be.
 
         With q' = A q + B p, p' = D q + E p they are p = M (q' - A q), where M = B^-1. Where B has no inverse,
         the motion stays one of first order, with M = 0, C = 1 and K = -A.
         """
-
-        def array(part: Matrix) -> Any:
-            return np.array(part, dtype=object)
-
-        size = len(matrix) // 2
-        halves = range(size), range(size, 2 * size)
-        a, b, d, e = (matrices.part(matrix, rows, columns) for rows in halves for columns in halves)
+        halves = (part for rows in np.split(matrix, 2) for part in np.split(rows, 2, axis=1))
+        a, b, d, e = (part.tolist() for part in halves)
         masses = matrices.inverse(b)
         if masses is None:
-            one = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
-            return cls((0 * array(matrix)).tolist(), one, (-array(matrix)).tolist())
+            zero = 0 * matrix
+            return cls(zero, zero + np.eye(len(matrix), dtype=int).astype(object), -matrix)
         back = matrices.product(e, masses)
-        rates = -array(matrices.product(masses, a)) - array(back)
-        stiffness = array(matrices.product(back, a)) - array(d)
-        return cls(masses, rates.tolist(), stiffness.tolist()).changed(short_form)
-
-    @property
-    def parts(self) -> tuple[Matrix, Matrix, Matrix]:
-        """M, C and K."""
-        return self.masses, self.rates, self.stiffness
+        rates = -_array(matrices.product(masses, a)) - _array(back)
+        return cls(_array(masses), rates, _array(matrices.product(back, a)) - _array(d)).changed(short_form)
 
     @property
     def entries(self) -> list[Expr]:
         """All entries of the matrices."""
-        return [e for part in self.parts for row in part for e in row]
+        return [e for part in self for e in part.flat]
 
     @property
     def is_of_first_order(self) -> bool:
         """Whether there are no second derivatives."""
-        return not any(map(any, self.masses))
+        return not self.masses.any()
 
-    def pencil(self, s: Expr, square: Expr) -> list[list[Expr]]:
+    def pencil(self, s: Expr, square: Expr) -> Array:
         """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
-        rows = zip(*self.parts, strict=True)
-        return [[m * square + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
+        sums: Array = self.masses * square + self.rates * s + self.stiffness
+        return sums
 
-    def along(self, basis: Matrix) -> LinearMotion:
+    def along(self, basis: Array) -> LinearMotion:
         """The motion of the z in y = sum_k z_k e_k, where constraints leave the vectors e (rows) free."""
-        columns = [*zip(*basis, strict=True)]
-        parts = (matrices.product(matrices.product(basis, part), columns) for part in self.parts)
-        return LinearMotion(*parts).changed(short_form)
+        return LinearMotion(*(basis @ part @ basis.T for part in self)).changed(short_form)
 
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """This motion with every entry of its matrices changed."""
-        return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
+        of_each: Any = np.frompyfunc(change, 1, 1)
+        return LinearMotion(*map(of_each, self))
 
     def blocks(self) -> list[tuple[list[int], LinearMotion]]:
         """The places that act on each other, with their motion."""
-        size = len(self.masses)
-        found = matrices.connected(size, lambda i, j: any(part[i][j] or part[j][i] for part in self.parts))
-        return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in found]
+        found = matrices.connected(len(self.masses), lambda i, j: any(e[i, j] or e[j, i] for e in self))
+        return [(block, LinearMotion(*(part[np.ix_(block, block)] for part in self))) for block in found]
 
 
 class Root(NamedTuple):
@@ -141,19 +130,19 @@ class Root(NamedTuple):
             return self.growth
         return -self.growth if self.growth and not self.angular else self.angular
 
-    def along(self, basis: Matrix) -> Root:
+    def along(self, basis: Array) -> Root:
         """The root with vectors y = sum_k z_k e_k in place of z, as of `LinearMotion.along`."""
-        vectors = list[Vector]()
-        for z in self.vectors:
-            is_exact = isinstance(z[0][0], Expr)
-            columns = [[e if is_exact else float(e) for e in column] for column in zip(*basis, strict=True)]
-            x, y = ([sum(map(mul, column, part)) for column in columns] for part in zip(*z, strict=True))
-            # Each vector is over its first entry that is not zero.
-            re, im = next((a, b) for a, b in zip(x, y, strict=True) if a or b)
-            size = re**2 + im**2
-            pairs = [((a * re + b * im) / size, (b * re - a * im) / size) for a, b in zip(x, y, strict=True)]
-            vectors.append(tuple((short_form(a), short_form(b)) if is_exact else (a, b) for a, b in pairs))
-        return self._replace(vectors=tuple(vectors))
+        if self.vectors and self.vectors[0].dtype != object:
+            basis = basis.astype(np.float64)
+        return self._replace(vectors=tuple(_over_first(basis.T @ z) for z in self.vectors))
+
+
+def _over_first(vector: Vector) -> Vector:
+    """A vector over its first entry that is not zero, in a short form."""
+    x, y = vector.T
+    re, im = next(entry for entry in vector if entry.any())
+    quotient = np.column_stack([x * re + y * im, y * re - x * im]) / (re**2 + im**2)
+    return tidy_array(quotient) if vector.dtype == object else quotient
 
 
 def of_lagrange(
@@ -165,7 +154,7 @@ def of_lagrange(
         [[derivative(r, name) for name in names] for r in lagrange.rest]
         for names in (velocities, phase.coordinates)
     )
-    motion = LinearMotion(lagrange.matrix, rates, stiffness)
+    motion = LinearMotion(_array(lagrange.matrix), _array(rates), _array(stiffness))
     return motion.changed(lambda e: short_form(substitute(e, there)))
 
 
@@ -245,10 +234,10 @@ def sign_of(e: Expr, given: Values) -> int | None:
     return None if sign is None else sign[0]
 
 
-def _is_positive_definite(matrix: Matrix, given: Values) -> bool:
+def _is_positive_definite(matrix: Array, given: Values) -> bool:
     """Whether a symmetric matrix is known to be positive definite, by its leading minors."""
-    sizes = map(range, range(1, len(matrix) + 1))
-    minors = (matrices.short_determinant(matrices.part(matrix, size, size)) for size in sizes)
+    sizes = range(1, len(matrix) + 1)
+    minors = (matrices.short_determinant(matrix[:size, :size].tolist()) for size in sizes)
     try:
         return all(sign_of(minor, given) == 1 for minor in minors)
     except ExpressionError:  # they are too large
@@ -263,7 +252,7 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
         # and nothing depends on velocities, all s^2 are real.
         is_definite = is_free and _is_positive_definite(own.masses, given)
         bounded = is_definite and _is_positive_definite(own.stiffness, given)
-        are_real = is_definite and not any(map(any, own.rates))
+        are_real = is_definite and not own.rates.any()
         try:
             roots = list(_determinant_roots(own, given, bounded, are_real))
         except ExpressionError:
@@ -276,9 +265,14 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
                 for root in roots
             ]
         for root in roots:
-            placed = (dict(zip(block, vector, strict=True)) for vector in root.vectors)
-            vectors = (tuple(vector.get(k, (ZERO, ZERO)) for k in range(size)) for vector in placed)
-            yield root._replace(vectors=tuple(vectors))
+            yield root._replace(vectors=tuple(_placed(vector, block, size) for vector in root.vectors))
+
+
+def _placed(vector: Vector, block: Sequence[int], size: int) -> Vector:
+    """A vector of so many entries, with zeros outside of a block."""
+    whole = np.full((size, 2), ZERO if vector.dtype == object else 0.0)
+    whole[block] = vector
+    return whole
 
 
 def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
@@ -304,15 +298,15 @@ def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
         yield root._replace(growth=ZERO, angular=rate)
 
 
-def _by_unit(matrix: Matrix) -> tuple[Expr, Matrix]:
+def _by_unit(matrix: Array) -> tuple[Expr, Array]:
     """A matrix as an expression times integers without a common divisor; ExpressionError if it is none."""
-    first = next(e for row in matrix for e in row if e)
-    ratios = [[tidy(e / first).as_number for e in row] for row in matrix]
-    known = [ratio for row in ratios for ratio in row if ratio is not None]
-    if len(known) < len(matrix) ** 2:
+    first = next(filter(None, matrix.flat))
+    ratios = [tidy(e / first).as_number for e in matrix.flat]
+    known = [ratio for ratio in ratios if ratio is not None]
+    if len(known) < len(ratios):
         raise ExpressionError("the entries depend on more than one unit")
-    size = content([ratio for ratio in known if ratio])
-    return first * size, [[number((ratio or 0) / size) for ratio in row] for row in ratios]
+    size = content(list(filter(None, known)))
+    return first * size, _array([number(ratio / size) for ratio in known]).reshape(matrix.shape)
 
 
 def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
@@ -331,8 +325,8 @@ def _characteristic(motion: LinearMotion) -> list[Fraction]:
     """The coefficients of det(M^-1 K - x), by ascending powers of x, where M and K are numbers."""
     from flint import fmpq, fmpq_mat
 
-    def rational(matrix: Matrix) -> Any:
-        entries = [Fraction(e.as_number or 0) for row in matrix for e in row]
+    def rational(matrix: Array) -> Any:
+        entries = [Fraction(e.as_number or 0) for e in matrix.flat]
         return fmpq_mat(len(matrix), len(matrix), [fmpq(x.numerator, x.denominator) for x in entries])
 
     powers = (rational(motion.masses).inv() * rational(motion.stiffness)).charpoly().coeffs()
@@ -344,7 +338,7 @@ def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool, are_r
 
     That all of them are imaginary says `bounded`, and that their squares `are_real` where M is definite.
     """
-    determinant = matrices.short_determinant(motion.pencil(S, S**2))
+    determinant = matrices.short_determinant(motion.pencil(S, S**2).tolist())
     powers = coefficients(determinant, [str(S)]) or {}
     if not motion.is_of_first_order and is_zero(powers.get((2 * len(motion.masses),), ZERO)):
         raise ZeroDivisionError
@@ -466,16 +460,12 @@ def _with_vectors(motion: LinearMotion, root: Root) -> Root:
     """
     growth, angular = cast(Expr, root.growth), cast(Expr, root.angular)
     square, double = tidy(growth**2 - angular**2), tidy(2 * growth * angular)
-    rows = list(zip(*motion.parts, strict=True))
-    real = [[tidy(m * square + c * growth + k) for m, c, k in zip(*row, strict=True)] for row in rows]
-    imaginary = [[tidy(m * double + c * angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
-    size, is_real = len(real), not any(map(any, imaginary))
-    matrix = real
-    if not is_real:
-        # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
-        matrix = [[*x, *(-e for e in y)] for x, y in zip(real, imaginary, strict=True)]
-        matrix += [[*y, *x] for x, y in zip(real, imaginary, strict=True)]
-    found = matrices.null_vectors(matrix)
+    real = tidy_array(motion.pencil(growth, square))
+    imaginary = tidy_array(motion.masses * double + motion.rates * angular)
+    size, is_real = len(real), not imaginary.any()
+    # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
+    matrix = real if is_real else np.block([[real, -imaginary], [imaginary, real]])
+    found = matrices.null_vectors(matrix.tolist())
     count = len(found) if is_real else len(found) // 2
     if not found or 1 < count < len(found):
         # Of several complex vectors it is open which are multiples of others.
@@ -484,11 +474,9 @@ def _with_vectors(motion: LinearMotion, root: Root) -> Root:
     written = {expand(atom.inner): atom.inner for atom in atoms if isinstance(atom, Group)}
     vectors = []
     for vector in found[:count]:
-        pairs = list(zip(vector[:size], vector[size:] or [ZERO] * size, strict=True))
-        re, im = next(pair for pair in pairs if any(pair))
-        over = re**2 + im**2
-        quotients = ((tidy((x * re + y * im) / over), tidy((y * re - x * im) / over)) for x, y in pairs)
-        vectors.append(tuple((_with_radicands(x, written), y) for x, y in quotients))
+        parts = _over_first(_array([vector[:size], vector[size:] or [ZERO] * size]).T)
+        parts[:, 0] = [_with_radicands(x, written) for x in parts[:, 0]]
+        vectors.append(parts)
     is_whole = count == root.times or bool(root.growth)
     return root._replace(is_stable=root.is_stable and is_whole, is_whole=is_whole, vectors=tuple(vectors))
 
@@ -545,15 +533,15 @@ def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
     """A matrix whose eigenvalues are the roots; or their squares, where nothing depends on velocities."""
     from flint import arb_mat
 
-    def balls(matrix: Matrix) -> Any:
-        known = {e: enclosed(e, {}, BITS).mid() for row in matrix for e in {*row}}
+    def balls(matrix: Array) -> Any:
+        known = {e: enclosed(e, {}, BITS).mid() for e in {*matrix.flat}}
         return arb_mat([[known[e] for e in row] for row in matrix])
 
-    masses, rates, stiffness = map(balls, motion.parts)
+    masses, rates, stiffness = map(balls, motion)
     if motion.is_of_first_order:
         return -stiffness, False
     back, damping, size = masses.solve(stiffness), masses.solve(rates), len(motion.masses)
-    if is_free and not any(map(any, motion.rates)):
+    if is_free and not motion.rates.any():
         return -back, True
     rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
     rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
@@ -568,4 +556,4 @@ def _independent(rows: Array, rank: int, weights: Array) -> Iterator[Vector]:
         first = np.flatnonzero(row)[0]
         row /= row[first]
         row[first] = 1.0
-        yield tuple((float(e.real), float(e.imag)) for e in row)
+        yield np.column_stack([row.real, row.imag])

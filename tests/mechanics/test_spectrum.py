@@ -73,7 +73,7 @@ def test_stability_of_symbols(name: str) -> None:
     rows_of(__file__, "matrices of any kind"),
 )
 def test_matrices_of_any_kind(matrix: list[list[float]], stability: str) -> None:
-    exact = [[number(Fraction(e)) for e in row] for row in matrix]
+    exact = np.array([[number(Fraction(e)) for e in row] for row in matrix])
     roots = spectrum(LinearMotion.of_matrix(exact), {}, is_exact=False, is_free=False)
     assert roots is not None
     assert stability_of(roots) == stability

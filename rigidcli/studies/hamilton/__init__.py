@@ -133,8 +133,6 @@ def run(
     tables += _constraint_table(findings)
     if findings.oscillations is not None:
         tables += findings.oscillations.tables()
-    if findings.driven is not None:
-        tables += findings.driven.tables()
     tables += orbit_table(findings)
     fields = as_typed(_results(findings), document)
     working: list[Step] = []

@@ -20,7 +20,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import plain_tree
 from rigidcli.algebra.values import is_zero, sample_points
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import acceleration
@@ -133,12 +133,13 @@ class Derivation:
         return (*free[:size], *(rate + force for rate, force in zip(free[size:], forces, strict=True)))
 
     @cached_property
-    def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
+    def linear(self) -> tuple[Array, Array] | None:
         """A and b where the equations are z' = A z + b; None where they are not linear, or not written."""
+        parts = None
         with suppress(ExpressionError):
             if self.equations is not None and not self.system.constraints:
-                return linear(self.equations, self.phase.names)
-        return None
+                parts = linear(self.equations, self.phase.names)
+        return parts and (np.array(parts[0], dtype=object), np.array(parts[1], dtype=object))
 
     def forces_of(self, rates: Mapping[str, Expr]) -> list[Expr]:
         """The forces beside L or H where the velocities are these, such as functions of the momenta."""

@@ -27,18 +27,17 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, expr, factored, gathered, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
-from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.arithmetic import EPS, Array
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
-from rigidcli.language.text import latex_name, reading
+from rigidcli.language.text import latex, latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.small_oscillations import LinearMotion, Root, Values, spectrum
-from rigidcli.report import Column, Field, Step, Table
-from rigidcli.studies.common import celled
+from rigidcli.report import Field, Step
+from rigidcli.studies.common import if_known
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values, row_of, step
 
@@ -64,12 +63,11 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     if derivation.linear is None:
         return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
     (matrix, offset), names = derivation.linear, derivation.phase.names
-    shift = " + b" if any(offset) else ""
+    shift = " + b" if offset.any() else ""
     title, is_small = f"A of z' = A z{shift}, z = ({', '.join(names)})", len(names) <= MOST_COLUMNS
-    a, b = np.array(matrix, dtype=object), np.array(offset, dtype=object)
     shown = [
-        row_of("matrix", a, title=title if is_small else ""),
-        row_of("offset", b, title="b" if shift and is_small else ""),
+        row_of("matrix", matrix, title=title if is_small else ""),
+        row_of("offset", offset, title="b" if shift and is_small else ""),
     ]
     roots = _roots(matrix, document, derivation)
     if roots is None:
@@ -81,18 +79,17 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
     if stability == "stable" and is_shifted:
         # There is a point of rest if b is orthogonal to all that A^T takes to zero. Else motion grows.
-        left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
-        has_rest = all(is_zero(total(x * e for x, e in zip(v, offset, strict=True))) for v in left)
-        stability = "stable" if has_rest else "marginal"
+        left = matrices.null_vectors(matrix.T.tolist())
+        stability = "stable" if all(is_zero(total(v * offset)) for v in left) else "marginal"
     # Stability is a question about an equilibrium, and none about free fall, where nothing swings or grows.
     is_hidden = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
     driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
     # The angular frequencies of what swings without growing, each once.
     angular = list(dict.fromkeys(root.angular for root in roots if root.angular and not root.growth))
     is_numeric = all(isinstance(rate, float) for rate in angular)
-    frequencies = row_of("frequencies", np.array(angular, dtype=float if is_numeric else object))
-    frequencies.cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
-    frequencies.unit = "rad/s" if is_numeric else ""
+    kind, unit = (float, "rad/s") if is_numeric else (object, "")
+    cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
+    frequencies = row_of("frequencies", np.array(angular, dtype=kind), cells=cells, unit=unit)
     frequencies.title *= bool(angular)
     return [
         *shown,
@@ -102,14 +99,14 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     ]
 
 
-def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[Root] | None:
+def _roots(matrix: Array, document: Document, derivation: Derivation) -> list[Root] | None:
     """The roots; None where the matrix changes with the time, or the signs of symbols decide."""
     if _changes(matrix):
         return None
     known = known_values(document)
     try:
         if not document.exact_results:
-            matrix = [[substitute(e, known) for e in row] for row in matrix]
+            matrix = np.frompyfunc(lambda e: substitute(e, known), 1, 1)(matrix)
         motion, is_free = LinearMotion.of_matrix(matrix), not derivation.is_forced
         roots = spectrum(motion, known, document.exact_results, is_free, needs_vectors=False)
     except ExpressionError:
@@ -117,9 +114,9 @@ def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[R
     return None if roots is None or any(root.condition is not None for root in roots) else roots
 
 
-def _changes(matrix: Matrix) -> bool:
+def _changes(matrix: Array) -> bool:
     """Whether a matrix changes with the time, or may do so by an unknown function."""
-    return any(TIME in e.names or e.unknown for row in matrix for e in row)
+    return any(TIME in e.names or e.unknown for e in matrix.flat)
 
 
 def eigenvalues(root: Root) -> list[tuple[Any, Any]]:
@@ -151,8 +148,8 @@ class DrivingForce(NamedTuple):
 
     function: Expr
     rate: Expr
-    amplitudes: list[Expr]
-    behind: list[Expr]
+    amplitudes: Array
+    behind: Array
 
 
 class CoordinateResponse(NamedTuple):
@@ -172,7 +169,7 @@ class Response(NamedTuple):
 
     force: DrivingForce
     rate: Quantity
-    matrix: tuple[Matrix, Matrix]
+    matrix: tuple[Array, Array]
     swings: dict[str, CoordinateResponse]
     peak: tuple[Quantity, Quantity] | None = None
 
@@ -184,15 +181,33 @@ class Response(NamedTuple):
     @property
     def record(self) -> dict[str, Any]:
         """The response as JSON has it."""
-        keys, (re, im) = CoordinateResponse._fields, ([list(row) for row in part] for part in self.matrix)
+        keys, (re, im) = CoordinateResponse._fields, (part.tolist() for part in self.matrix)
         parts = {key: {q: getattr(swing, key) for q, swing in self.swings.items()} for key in keys}
         peak = None if self.peak is None else {"rate": self.peak[0], "amplitude": self.peak[1]}
         about = {"force": self.force.function, "rate": self.rate}
         return {**about, **parts, "peak": peak, "matrix": {"re": re, "im": im}}
 
+    def rows(self, key: str, mark: str) -> Iterator[Field]:
+        """Each number for people, and for CSV under a key; symbols end with a mark of the force."""
+        for part, title, symbol, unit in (
+            ("amplitude", "amplitude of {} for", "A", ""),
+            ("phase", "phase of {} behind", r"\delta", "rad"),
+            ("growth", "growth a second of {} for", r"\dot A", ""),
+        ):
+            for q, swing in self.swings.items():
+                value, cells = getattr(swing, part), {f"{key}.{part}.{q}": ()}
+                words, sign = f"{title.format(q)} {self.written}", f"{symbol}_{{{latex_name(q)}{mark}}}"
+                here = unit if isinstance(value, float) else ""
+                yield if_known(Field("", value, words, sign, here, cells))
+        if self.peak is not None:
+            rate, largest = self.peak
+            unit, sign = "rad/s" if isinstance(rate, float) else "", rf"_{{\text{{res}}{mark}}}"
+            yield Field("", rate, f"resonance for {self.written} at", rf"\omega{sign}", unit)
+            yield if_known(Field("", largest, f"largest amplitude for {self.written}", f"A{sign}"))
+
 
 class Driven(NamedTuple):
-    """The responses of a system to its forces, and the quality factor of a single damped coordinate.
+    """The responses of a `motion` to its forces, and the quality factor of a single damped coordinate.
 
     The free motion beside them `grows`, if that is known; `trouble` says why there are no responses.
     """
@@ -202,11 +217,6 @@ class Driven(NamedTuple):
     motion: LinearMotion
     grows: bool = False
     trouble: str = ""
-
-    @property
-    def is_single(self) -> bool:
-        """Whether one coordinate responds to one force."""
-        return len(self.responses) == 1 and len(self.motion.masses) == 1
 
     def notes(self) -> Iterator[str]:
         """What is not written in symbols, what holds for some of their values only, and motion that grows."""
@@ -224,43 +234,12 @@ class Driven(NamedTuple):
                 yield f"the driven amplitude has a largest value where {inequality(one.peak[0] ** 2)}"
 
     def fields(self) -> list[Field]:
-        """Report the responses as JSON has them, with cells for CSV; people see rows or a table."""
+        """Report the responses as JSON has them, and each number for people and for CSV."""
         shown = [Field("response", [one.record for one in self.responses])] if self.responses else []
         for place, one in enumerate(self.responses):
-            parts = (
-                ("amplitude", "driven amplitude", "A", ""),
-                ("phase", f"phase behind {one.written}", r"\delta", "rad"),
-                ("growth", "driven amplitude grows a second by", r"\dot A", ""),
-            )
-            for key, title, symbol, unit in parts:
-                for q, swing in one.swings.items():
-                    value = getattr(swing, key)
-                    entry = celled(f"response.{place}.{key}.{q}", value, "", f"{symbol}_{{{latex_name(q)}}}")
-                    entry.key, entry.unit = "", unit if isinstance(value, float) else ""
-                    entry.title = title if self.is_single and value is not None else ""
-                    shown.append(entry)
-        if self.is_single and self.responses[0].peak is not None:
-            rate, largest = self.responses[0].peak
-            unit = "rad/s" if isinstance(rate, float) else ""
-            shown.append(Field("", rate, "largest driven amplitude at", r"\omega_{\text{res}}", unit))
-            if largest is not None:
-                shown.append(Field("", largest, "largest driven amplitude", r"A_{\text{res}}"))
-        if self.quality is not None:
-            shown.append(row_of("quality", self.quality))
-        return shown
-
-    def tables(self) -> list[Table]:
-        """A table of the responses where there are several forces or coordinates."""
-        rows = [(one.written, q, *swing) for one in self.responses for q, swing in one.swings.items()]
-        if self.is_single or not rows:
-            return []
-        heads = ("force", "coordinate", "amplitude", "phase (rad)", "growth a second")
-        keys = ("force", "coordinate", *CoordinateResponse._fields)
-        shown = zip(keys, zip(*rows, strict=True), heads, strict=True)
-        columns = [Column(key, list(x), (head,)) for key, x, head in shown]
-        if all(growth is None for growth in columns[-1].values):
-            columns.pop()
-        return [Table("", "steady response", tuple(columns), records=True)]
+            mark = f",{latex(one.force.function.tree())}" if len(self.responses) > 1 else ""
+            shown += one.rows(f"response.{place}", mark)
+        return shown if self.quality is None else [*shown, row_of("quality", self.quality)]
 
     def steps(self) -> Iterator[Step]:
         """Lead to the amplitudes and phases."""
@@ -269,13 +248,11 @@ class Driven(NamedTuple):
                 (one.matrix[0], "K - w^2 M", r"K - \omega^2 M"),
                 (one.matrix[1], "w C", r"\omega C"),
                 (one.force.amplitudes, "f", r"\mathbf{f}"),
-                *([(one.force.behind, "g", r"\mathbf{g}")] if any(one.force.behind) else []),
+                *([(one.force.behind, "g", r"\mathbf{g}")] if one.force.behind.any() else []),
             )
-            shown = [Field("", np.array(part, dtype=object), title, symbol) for part, title, symbol in given]
-            for q, swing in one.swings.items():
-                shown.append(Field("", swing.amplitude, f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
-                shown.append(Field("", swing.phase, f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
-            yield step("response", [entry for entry in shown if entry.value is not None], force=one.written)
+            shown = [Field("", part, title, symbol) for part, title, symbol in given]
+            swings = [row for row in one.rows("", "") if row.value is not None]
+            yield step("response", [*shown, *swings], force=one.written)
 
 
 def driven(document: Document, derivation: Derivation) -> Driven | None:
@@ -284,7 +261,7 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         return None
     matrix, offset = derivation.linear
     is_driven = any(TIME in e.names for e in offset)
-    is_damped = len(offset) == 2 and not is_zero(matrix[0][0] + matrix[1][1])
+    is_damped = len(offset) == 2 and not is_zero(matrix.trace())
     if not (is_driven or is_damped) or _changes(matrix):
         return None
     motion = LinearMotion.of_matrix(matrix)
@@ -294,7 +271,7 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         forces = _forces(motion, matrix, offset)
         names = derivation.phase.coordinates
         found = [_response(document, names, motion, force) for force in forces if is_driven]
-        (m, *_), (c, *_), (k, *_) = (row[0] for row in motion.parts)
+        m, c, k = (part[0, 0] for part in motion)
         has_quality = is_damped and sign(c) == 1 and sign(k) == 1
         quality = _value(document, tidy(sqrt(k * m) / c)) if has_quality else None
         responses = tuple(one for one in found if one is not None)
@@ -304,23 +281,19 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         return Driven((), None, motion, trouble=error.message)
 
 
-def _numbers(matrix: Matrix, values: Values) -> Floats:
-    return np.array([[float(substitute(e, values)) for e in row] for row in matrix])
-
-
-def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce]:
+def _forces(motion: LinearMotion, matrix: Array, offset: Array) -> list[DrivingForce]:
     """The forces f of M q'' + C q' + K q = f, those of one rate together.
 
     There are none where one is no sum of sines and cosines of w t + a, such as a pulse.
     """
     # With q' = A q + B p + a and p' = D q + E p + b they are f = b + M a' - E M a.
     size = len(offset) // 2
-    a, b = offset[:size], offset[size:]
-    moved = [total(m * e for m, e in zip(row, a, strict=True)) for row in motion.masses]
+    moved = motion.masses @ offset[:size]
+    lost = matrix[size:, size:] @ moved
     waves = list[tuple[int, Expr, Expr]]()  # each is a coefficient times the cosine of an angle at a place
     for place in range(size):
-        lost = total(e * p for e, p in zip(matrix[size + place][size:], moved, strict=True))
-        for monomial, factor in expand(b[place] + derivative(moved[place], TIME) - lost).terms.items():
+        force = offset[size + place] + derivative(moved[place], TIME) - lost[place]
+        for monomial, factor in expand(force).terms.items():
             still = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
             angles = _cosines([(atom, power) for atom, power in monomial if TIME in atom.names])
             if angles is None:
@@ -368,7 +341,7 @@ def _together(size: int, waves: Sequence[tuple[int, Expr, Expr]]) -> DrivingForc
     if timed:
         first = min(timed, key=lambda wave: (wave.function != "cos", wave.key))
         function, start = atomic(first), _angle(first)
-    along, behind = [ZERO] * size, [ZERO] * size
+    along, behind = (np.array([ZERO] * size, dtype=object) for _ in range(2))
     for place, angle, c in waves:
         # cos(u + d) = cos d cos u - sin d sin u
         ahead, turned = tidy(angle - start), tidy(-angle - start)
@@ -376,7 +349,11 @@ def _together(size: int, waves: Sequence[tuple[int, Expr, Expr]]) -> DrivingForc
         along[place] += c * apply("cos", d)
         behind[place] -= c * apply("sin", d)
     rate = tidy(derivative(start, TIME))
-    return DrivingForce(function, rate, list(map(tidy, along)), list(map(tidy, behind)))
+    return DrivingForce(function, rate, _short(along), _short(behind))
+
+
+def _short(array: Array) -> Array:
+    return np.array([tidy(e) for e in array.flat], dtype=object).reshape(array.shape)
 
 
 def _value(document: Document, e: Expr | None) -> Quantity:
@@ -392,8 +369,7 @@ def _response(
 ) -> Response | None:
     """The response to a force; None where a constant force has none."""
     w, known = force.rate, known_values(document)
-    real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
-    imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
+    real, imaginary = _short(motion.pencil(ZERO, -(w**2))), _short(motion.rates * w)
     entries, rate = (*motion.entries, w, *force.amplitudes, *force.behind), _value(document, w)
     if not document.exact_results and all(e.names <= known.keys() for e in entries):
         swings = list(_in_numbers(motion, force, known))
@@ -410,11 +386,11 @@ def _response(
 
 
 def _in_letters(
-    motion: LinearMotion, force: DrivingForce, real: Matrix, imaginary: Matrix
+    motion: LinearMotion, force: DrivingForce, real: Array, imaginary: Array
 ) -> Iterator[tuple[Expr | None, ...]]:
     """The amplitude, phase and growth of each coordinate; nothing where they would fill a page."""
-    (f, *others), (a, *_), (b, *_) = force.amplitudes, real[0], imaginary[0]
-    mass, g = motion.masses[0][0], force.behind[0]
+    (f, *others), g = force.amplitudes, force.behind[0]
+    a, b, mass = real[0, 0], imaginary[0, 0], motion.masses[0, 0]
     size = sqrt(f**2 + g**2) if g else abs(f)
     if not others and is_zero(a) and is_zero(b) and not force.rate.is_zero:
         yield None, None, tidy(size / (2 * mass * force.rate))
@@ -429,13 +405,10 @@ def _in_letters(
         lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
         # A negative force is half a turn behind.
         yield amplitude, tidy(lag + PI * (1 - apply("sign", f)) / 2), None
-    elif len(real) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
+    elif len(real) <= MOST_IN_LETTERS and not imaginary.any():
         # X = (K - w^2 M)^-1 (f - i g). Where it is real, phases are 0 or pi.
-        for row in matrices.inverse(real) or ():
-            answer, late = (
-                tidy(total(e * f for e, f in zip(row, part, strict=True)))
-                for part in (force.amplitudes, force.behind)
-            )
+        for row in matrices.inverse(real.tolist()) or ():
+            answer, late = (tidy(total(part * row)) for part in (force.amplitudes, force.behind))
             if late:
                 yield tidy(sqrt(answer**2 + late**2)), apply("atan2", late, answer), None
                 continue
@@ -447,7 +420,7 @@ def _in_letters(
 
 def _peak(motion: LinearMotion, force: DrivingForce, known: Values) -> tuple[Expr, Expr | None] | None:
     """The rate of the force with the largest amplitude, sqrt(k/m - c^2/(2 m^2)), and that amplitude."""
-    (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
+    (f,), (m, c, k) = force.amplitudes, (part[0, 0] for part in motion)
     squared = tidy(k / m) - c**2 / (2 * m**2)
     there, damping = substitute(squared, known), substitute(c, known)
     # A force whose size depends on its rate, as that of an unbalanced wheel or a base, has another peak. So
@@ -463,8 +436,8 @@ def _peak(motion: LinearMotion, force: DrivingForce, known: Values) -> tuple[Exp
 
 def in_numbers(motion: LinearMotion, force: DrivingForce, values: Values) -> tuple[NDArray[Any], ...]:
     """M, C, K (n by n each) and f - i g (n, complex) for these values of the parameters."""
-    m, c, k = (_numbers(part, values) for part in motion.parts)
-    f, g = _numbers([force.amplitudes, force.behind], values)
+    in_floats = np.vectorize(lambda e: float(substitute(e, values)), otypes=[np.float64])
+    m, c, k, f, g = map(in_floats, (*motion, force.amplitudes, force.behind))
     return m, c, k, f - 1j * g
 
 

@@ -113,7 +113,7 @@ class Oscillations(NamedTuple):
             if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
         ]
         for place, name in enumerate(self.place):
-            entries = [_component(*vector[place]) for _, vector in modes]
+            entries = [_component(*vector[place].tolist()) for _, vector in modes]
             columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
         columns.append(Column("motion", [_kind(root) for root, _ in modes], ("motion",), ""))
         return [Table("modes", "normal modes", tuple(columns), records=True)]
@@ -168,10 +168,11 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             motion = of_lagrange(left.lagrange, left.phase, left.velocity_names, there)
         else:
             slopes = ([derivative(e, name) for name in left.phase.names] for e in left.equations or ())
-            motion = LinearMotion.of_matrix([[tidy(substitute(e, there)) for e in row] for row in slopes])
+            rows = [[tidy(substitute(e, there)) for e in row] for row in slopes]
+            motion = LinearMotion.of_matrix(np.array(rows, dtype=object))
         motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
         slopes_there = [[tidy(substitute(a, there)) for a in one.slopes] for one in limits]
-        basis = matrices.null_vectors(slopes_there) if limits else []
+        basis = np.array(matrices.null_vectors(slopes_there) if limits else [], dtype=object)
         motion = motion.along(basis) if limits else motion
         steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
@@ -338,12 +339,12 @@ def _record(root: Root, vector: Vector) -> dict[str, Any]:
     period: Any = None if frequency is None else 1 / frequency
     if n.exact and angular:
         frequency, period = (e.styled(angular.style) for e in (frequency, period))
-    is_complex = any(y for _, y in vector)
+    is_complex = bool(vector[:, 1].any())
     record = {
         "rate": root.rate,
         "frequency": frequency,
         "period": period,
-        "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector],
+        "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector.tolist()],
         "stable": root.is_stable,
     }
     if decay and root.is_stable:

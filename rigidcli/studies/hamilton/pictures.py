@@ -137,7 +137,7 @@ def modes(findings: Findings) -> Picture:
     places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
     rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
     for number, (root, entries) in enumerate(small.modes[:MOST_SHOWN], start=1):
-        rate, *vector = _numbers(findings.document, [root.rate, *(x for entry in entries for x in entry)])
+        rate, *vector = _numbers(findings.document, [root.rate, *entries.flat])
         now, later = np.reshape(vector, (-1, 2)).T
         marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
         for lengths, label, style in ((now, "", 0), (later, "a quarter later", 1)):

@@ -12,10 +12,10 @@ from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.algebra.matrices import Matrix, short_determinant
+from rigidcli.algebra.matrices import short_determinant
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.core.arithmetic import FLOAT
+from rigidcli.core.arithmetic import FLOAT, Array
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import acceleration
 from rigidcli.errors import ExpressionError
@@ -159,12 +159,13 @@ def _substituted(findings: Findings) -> Iterator[Field]:
 
 def _characteristic(findings: Findings) -> Iterator[Field]:
     """The polynomial det(A - lambda 1), where people are shown A and it does not change with the time."""
-    matrix, _ = findings.derivation.linear or ([], [])
-    names = {name for row in matrix for e in row for name in e.names}
+    if findings.derivation.linear is None:
+        return
+    matrix, _ = findings.derivation.linear
+    names = {name for e in matrix.flat for name in e.names}
     if len(matrix) <= MOST_COLUMNS and TIME not in names:
         unknown = writing.free_name(("lambda", "Lambda"), frozenset(names))
-        x = symbol(unknown)
-        shifted = [[e - x if i == j else e for j, e in enumerate(row)] for i, row in enumerate(matrix)]
+        shifted = matrix - symbol(unknown) * np.eye(len(matrix), dtype=int).astype(object)
         head = rf"\det(\mathbf{{A}} - \{unknown}\mathbf{{1}})"
         yield from _polynomial(shifted, unknown, findings.document, f"det(A - {unknown} 1)", head)
 
@@ -208,9 +209,9 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
     """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
     motion = small.motion
     names = frozenset(name for e in motion.entries for name in e.names)
-    is_free, is_small = not any(e for row in motion.rates for e in row), len(motion.masses) <= MOST_COLUMNS
+    is_free, is_small = not motion.rates.any(), len(motion.masses) <= MOST_COLUMNS
     unknown = writing.free_name(("omega", "Omega") if is_free else ("s", "S", "sigma"), names)
-    x, named = symbol(unknown), dict(zip("MCK", motion.parts, strict=True))
+    x, named = symbol(unknown), dict(zip("MCK", motion, strict=True))
     if is_free:
         named.pop("C")
         matrix = motion.pencil(ZERO, -(x**2))
@@ -222,8 +223,8 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
         head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
     fields = list[Field]()
     for name, part in named.items() if is_small else ():
-        kind = float if _is_numeric([e for row in part for e in row], document) else object
-        fields.append(Field("", np.array(part, dtype=kind), name, rf"\mathbf{{{name}}}"))
+        kind = float if _is_numeric(part.flat, document) else object
+        fields.append(Field("", part.astype(kind), name, rf"\mathbf{{{name}}}"))
     fields += _polynomial(matrix, unknown, document, title, head)
     is_whole = len(motion.masses) == len(small.place)  # constraints leave fewer directions than coordinates
     within = "" if is_whole else " in the directions that the constraints allow"
@@ -242,33 +243,31 @@ def _vectors(small: Oscillations, document: Document, unknown: str) -> Iterator[
             number += len(root.vectors)  # a rounded rate solves no equations
             continue
         motion = motion if n.exact else motion.changed(lambda e: substitute(e, known))
-        masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
         square = cast(Any, root.angular) ** 2 - cast(Any, root.growth) ** 2
-        matrix = n.tidy(stiffness - square * masses)
+        matrix = n.tidy(n.array(motion.stiffness) - square * n.array(motion.masses))
         head = f"K - {unknown}^2 M"
         fields = [
             Field("", square, f"{unknown}^2", rf"\{unknown}^2"),
             Field("", matrix, head, rf"\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}}"),
         ]
-        is_solved = not n.exact or all(isinstance(x, Expr) for vector in root.vectors for x, _ in vector)
+        is_solved = not n.exact or all(vector.dtype == object for vector in root.vectors)
         echelon = reduced(matrix, len(matrix) - len(root.vectors), n) if is_solved else None
         fields += [] if echelon is None else solution(*echelon, names, n)
-        vectors = [(n if is_solved else FLOAT).array([x for x, _ in vector]) for vector in root.vectors]
-        fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
-        last = number + len(vectors) - 1
+        fields += [Field("", vector[:, 0], "v", r"\mathbf{v}") for vector in root.vectors]
+        last = number + len(root.vectors) - 1
         kind = "mode" if last == number else "modes"
         yield step(kind, fields, first=str(number), last=str(last), matrix=head)
         number = last + 1
 
 
-def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
+def _is_numeric(entries: Iterable[Expr], document: Document) -> bool:
     return not document.exact_results and not any(e.names or e.unknown for e in entries)
 
 
-def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
+def _polynomial(matrix: Array, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     by_degree = None
     with suppress(ExpressionError):
-        determinant = tidy(short_determinant(matrix))
+        determinant = tidy(short_determinant(matrix.tolist()))
         by_degree = coefficients(determinant, [unknown])
     if by_degree is None:
         return
