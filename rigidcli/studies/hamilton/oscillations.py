@@ -19,7 +19,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute, without
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
-from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.arithmetic import FLOAT, Array, Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Equilibrium, momentum, velocity
@@ -137,43 +137,20 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
     equations have no first order there.
     """
-    limits = derivation.system.constraints
-    is_fixed = all(one.holonomic and is_zero(one.rest) for one in limits)
-    if limits and (equilibrium.is_sought or equilibrium.turning or not is_fixed):
-        message = (
-            "small oscillations are not worked out for a system with constraints on velocities or in the "
-        )
-        message += "time, nor is an equilibrium looked for"
-        hint = "choose coordinates that obey the constraints, such as an angle"
-        if not all(one.holonomic for one in limits):  # there are none
-            hint = "follow an `orbit` that starts nearby"
-        raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
+    _require_fixed_constraints(document, equilibrium, derivation)
     try:
-        left, momenta, notes = derivation, dict[str, Expr](), tuple[str, ...]()
-        if equilibrium.turning:
-            momenta, notes = _cyclic_momenta(document, equilibrium, derivation)
-            left = _reduced(derivation, equilibrium, momenta)
+        momenta, notes = _cyclic_momenta(document, equilibrium, derivation)
+        left = _reduced(derivation, equilibrium, momenta)
         forces, at_rest = _forces_at_rest(document, left)
         find = _found_place if equilibrium.is_sought else _given_place
         place = find(document, equilibrium, forces)
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
-        still = dict.fromkeys(derivation.velocity_names, ZERO)
-        for one in limits:
-            if not is_zero(miss := tidy(substitute(one.expression, there | still))):
-                message = f"no equilibrium: it breaks `{one.name}`, which is off by {written(miss)}"
-                raise document.refusal(message, EQUILIBRIUM_KEY)
-        _require_smooth([derivation.generator, *derivation.system.forces], momenta | there | still)
-        if left.lagrange is not None:
-            motion = of_lagrange(left.lagrange, left.phase, left.velocity_names, there)
-        else:
-            slopes = ([derivative(e, name) for name in left.phase.names] for e in left.equations or ())
-            rows = [[tidy(substitute(e, there)) for e in row] for row in slopes]
-            motion = LinearMotion.of_matrix(np.array(rows, dtype=object))
-        motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
-        slopes_there = [[tidy(substitute(a, there)) for a in one.slopes] for one in limits]
-        basis = np.array(matrices.null_vectors(slopes_there) if limits else [], dtype=object)
-        motion = motion.along(basis) if limits else motion
+        still = there | dict.fromkeys(derivation.velocity_names, ZERO)
+        directions = _free_directions(document, derivation, still)
+        _require_smooth([derivation.generator, *derivation.system.forces], momenta | still)
+        motion = _linearised(left, there).changed(lambda e: tidy(without(e, place.assumed)))
+        motion = motion if directions is None else motion.along(directions)
         steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
         raise document.refusal(
@@ -184,29 +161,77 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             "the equilibrium has no modes: the equations of motion near it change with time"
         )
     rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
-    free = dict.fromkeys((one.name for one in limits), ZERO)
-    is_free = all(substitute(force, free).is_zero for force in derivation.system.forces)
-    is_exact = document.exact_results
+    roots = _roots(document, derivation, motion, rounding)
+    if roots and directions is not None:
+        roots = [root.along(directions) for root in roots]
+    is_numeric = equilibrium.is_sought or not document.exact_results
+    values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
+    notes = (*notes, *place.notes, *_notes(roots, document))
+    return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steady)
+
+
+def _require_fixed_constraints(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> None:
+    """Raise DocumentError unless constraints leave fixed directions, and the equilibrium is given."""
+    limits = derivation.system.constraints
+    are_fixed = all(one.holonomic and is_zero(one.rest) for one in limits)
+    if not limits or (are_fixed and not equilibrium.is_sought and not equilibrium.turning):
+        return
+    message = (
+        "small oscillations are not worked out for a system with constraints on velocities or in the time, "
+        "nor is an equilibrium looked for"
+    )
+    hint = "follow an `orbit` that starts nearby"
+    if all(one.holonomic for one in limits):  # there are such coordinates
+        hint = "choose coordinates that obey the constraints, such as an angle"
+    raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
+
+
+def _free_directions(document: Document, derivation: Derivation, still: Named) -> Array | None:
+    """The directions (k by n) that constraints leave free where all is still; None without constraints.
+
+    Raises DocumentError where that breaks one.
+    """
+    slopes = []
+    for one in derivation.system.constraints:
+        miss = tidy(substitute(one.expression, still))
+        if not is_zero(miss):
+            message = f"no equilibrium: it breaks `{one.name}`, which is off by {written(miss)}"
+            raise document.refusal(message, EQUILIBRIUM_KEY)
+        slopes.append([tidy(substitute(a, still)) for a in one.slopes])
+    return np.array(matrices.null_vectors(slopes), dtype=object) if slopes else None
+
+
+def _linearised(derivation: Derivation, there: Named) -> LinearMotion:
+    """The linear motion about a place: from Lagrange's equations, or Hamilton's where H alone is known."""
+    if derivation.lagrange is not None:
+        return of_lagrange(derivation.lagrange, derivation.phase, derivation.velocity_names, there)
+    names, equations = derivation.phase.names, derivation.equations or ()
+    slopes = [[tidy(substitute(derivative(e, name), there)) for name in names] for e in equations]
+    return LinearMotion.of_matrix(np.array(slopes, dtype=object))
+
+
+def _roots(
+    document: Document, derivation: Derivation, motion: LinearMotion, rounding: float
+) -> Sequence[Root] | None:
+    """The roots of the linear motion. Raises ComputationError where its mass matrix is singular."""
+    free = dict.fromkeys((one.name for one in derivation.system.constraints), ZERO)
+    forces = [substitute(force, free) for force in derivation.system.forces]
+    is_free = all(force.is_zero for force in forces)
     try:
         if motion.is_of_first_order:
             raise ZeroDivisionError
-        roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
-        roots = [root.along(basis) for root in roots] if roots and limits else roots
-        back = {v: -symbol(v) for v in derivation.velocity_names}
-        is_reversible = all(is_zero(substitute(f, back) - f) for f in derivation.system.forces)
-        if roots and derivation.energy_changes and derivation.linear is None and not is_reversible:
-            # What neither grows nor decays may do so by terms beyond the linear ones.
-            is_open = [bool(root.is_stable and not root.growth) for root in roots]
-            roots = [r._replace(is_stable=None) if o else r for r, o in zip(roots, is_open, strict=True)]
+        roots = spectrum(motion, known_values(document), document.exact_results, is_free, rounding)
     except ZeroDivisionError:
         raise ComputationError(
             "dL/dv cannot be solved for v at the equilibrium: the mass matrix is singular there",
             hint="other coordinates may do: angles fail at their poles",
         ) from None
-    is_numeric = equilibrium.is_sought or not is_exact
-    values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    notes = (*notes, *place.notes, *_notes(roots, document))
-    return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steady)
+    back = {v: -symbol(v) for v in derivation.velocity_names}
+    is_reversible = all(is_zero(substitute(force, back) - force) for force in forces)
+    if roots is None or not derivation.energy_changes or derivation.linear is not None or is_reversible:
+        return roots
+    # What neither grows nor decays may do so by terms beyond the linear ones.
+    return [root._replace(is_stable=None) if root.is_stable and not root.growth else root for root in roots]
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[str, Expr], dict[str, Expr]]:
@@ -381,8 +406,11 @@ def _cyclic_momenta(
 ) -> tuple[dict[str, Expr], tuple[str, ...]]:
     """The momenta of the coordinates that turn, by their names, and notes on the rate that is solved for.
 
-    Raises DocumentError where a coordinate is not cyclic, or there is no steady rate.
+    There are none where nothing turns. Raises DocumentError where a coordinate is not cyclic, or there is no
+    steady rate.
     """
+    if not equilibrium.turning:
+        return {}, ()
     problems = list[Problem]()
     for name in equilibrium.turning:
         if name not in derivation.conserved_momenta:
@@ -425,6 +453,8 @@ def _cyclic_momenta(
 
 def _reduced(derivation: Derivation, equilibrium: Equilibrium, momenta: Named) -> Derivation:
     """The system of the coordinates that do not turn, with these values of the momenta of the others."""
+    if not equilibrium.turning:
+        return derivation
     phase, functions = derivation.phase, derivation.system
     assert derivation.hamiltonian is not None
     turned = {velocity(q): substitute(derivation.rates[velocity(q)], momenta) for q in equilibrium.turning}
