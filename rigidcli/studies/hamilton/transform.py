@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations, islice
 from typing import NamedTuple
@@ -26,7 +26,7 @@ from rigidcli.mechanics.phase_space import TIME, Phase, bracket, equations
 from rigidcli.report import Field, Step
 from rigidcli.studies import writing
 from rigidcli.studies.common import field_of, if_known
-from rigidcli.studies.hamilton import by_name, named, rate_named
+from rigidcli.studies.hamilton import by_name, rate_named
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import LONGEST_FORMULA, derived_parameters, known_values, step, titled
 
@@ -83,15 +83,16 @@ class TransformedSystem(NamedTuple):
 
     def _relations(self) -> Iterator[Field]:
         """The change that a generating function makes; people see one side, and nothing twice."""
-        if self.generated is None:
+        if self.generated is None or self.transform.generating is None:
             return
-        relations, sides = self.generated.relations, {"old": self.generated.old, "new": self.generated.new}
-        yield from by_name("transform.change", relations, relations.values(), named)
+        relations, (kind, _) = self.generated.relations, self.transform.generating
+        yield from by_name("transform.change", relations, relations.values(), _worded(f"by {kind}"))
         solved = self._solved
-        for key, side in sides.items():
+        for key, side, others in (("old", self.generated.old, "new"), ("new", self.generated.new, "old")):
             hidden = [name for name, e in (side or {}).items() if key != solved or relations.get(name) == e]
             values = None if side is None else side.values()
-            yield from by_name(f"transform.{key}", side or (), values, named, hidden)
+            titled = _worded(f"in {others} variables")
+            yield from by_name(f"transform.{key}", side or (), values, titled, hidden)
 
     @property
     def _solved(self) -> str | None:
@@ -160,6 +161,11 @@ class TransformedSystem(NamedTuple):
             yield Field("", Formula(whole, exact=True), _text(pair), _sign(pair))
         if reading(whole) != reading(result.tree()):
             yield Field("", result, _text(pair), _sign(pair))
+
+
+def _worded(words: str) -> Callable[[str], tuple[str, str]]:
+    """Titles that are names with these words, so that they are not those of the given system."""
+    return lambda name: (f"{name} {words}", latex_name(name))
 
 
 def _text(pair: tuple[str, str]) -> str:
