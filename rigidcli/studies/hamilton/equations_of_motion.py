@@ -30,7 +30,7 @@ import numpy as np
 from rigidcli.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Array, Floats
 from rigidcli.core.kicks import Watched
 from rigidcli.core.solution import Flow, Function, Solution, State, columns
 from rigidcli.language import code
@@ -111,6 +111,18 @@ class EquationsOfMotion(NamedTuple):
         """The integral of dH/dt at states (k by m)."""
         size = len(self.symbols.names)
         return states[:, size] if ENERGY_CHANGE in self.variables else np.zeros(len(states))
+
+    def lost_in_slopes(
+        self, times: Floats, states: Floats, scale: Floats, steps: Array, span: float
+    ) -> float:
+        """The error that rounding in the slopes makes, in units of the sizes `scale` (2 n by m) of variables.
+
+        The states (k by any) are those of m orbits one after the other, in so many `steps` (m) over a `span`.
+        Two solutions share this error, so that they do not show it. It has either sign in each step.
+        """
+        slopes = columns(self.roundings)(times, *states.T)[: len(scale)]
+        errors = slopes.reshape(*scale.shape, -1).mean(axis=2) / scale / np.sqrt(np.maximum(steps, 1))
+        return EPS * span * float(errors.max(initial=0.0))
 
     def observer(self, further: Mapping[str, Sequence[Expr]]) -> Callable[[Floats, Floats], Samples]:
         """Samples of an orbit, with the terms of `further` functions, by times (k) and states (k by m)."""

@@ -20,7 +20,7 @@ from rigidcli.core import dormand_prince, many, taylor
 from rigidcli.core.arithmetic import EPS, Floats, Mask
 from rigidcli.core.kicks import Watched, foreseen
 from rigidcli.core.second_run import MISSED, NO_DIGIT_SHARED
-from rigidcli.core.solution import MOST_STEPS, Flow, columns, digits
+from rigidcli.core.solution import MOST_STEPS, Flow, digits
 from rigidcli.document.document import Document
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.document.system import Orbit
@@ -69,14 +69,14 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
         derivation, initial = initial_state(first, derive(document))
         starts = _starts(derivation, initial, ensemble.names, ensemble.values)
         motion = equations_of_motion(derivation, tuple(initial.parameters.items()))
-        stops, longest = foreseen(motion.watched, float(orbit.instants(1.0)[-1]), NAME)
+        stops, longest = _foreseen(motion.watched, (), float(orbit.instants(1.0)[-1]))
     except RigidError:
         return None  # it is told of each start
     if starts is None:
         return None
     found, more = Findings(first, derivation), len(motion.variables) - len(starts)
     starts = np.pad(starts, ((0, more), (0, 0)))
-    equations = _equations(found, motion, stops.tolist(), longest)
+    equations = _equations(found, motion, stops, longest)
     follow = _chosen(orbit, equations, starts, _distance(2 * len(derivation.phase.coordinates)))
     if follow is None:
         return None
@@ -289,7 +289,7 @@ def _followed(
     method = dormand_prince.METHOD if follow is many.paths else taylor.METHOD
     scale, span = _scale(paths, size), float(times[-1])
     parts = {key: terms(e) for key, e in functions.items()}
-    roundings, observe, watch = columns(motion.roundings), motion.observer(parts), motion.observer(kept)
+    observe, watch = motion.observer(parts), motion.observer(kept)
 
     def orbit_of(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables
@@ -297,10 +297,8 @@ def _followed(
         drift = drifts(motion, kept, [watch(samples.times, samples.states)], len(places))
         error = float(apart[:, places].max(initial=0.0 if derivation.energy_changes else drift["H"]))
         steps = np.maximum(paths.steps[places], 1)
-        slopes = roundings(samples.times, *samples.states.T)[:size]
-        slopes = slopes.reshape(size, len(places), -1).mean(axis=2)
-        noise = (slopes / scale[:, places] * span / np.sqrt(steps)).max(initial=0.0)
-        rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(equations.stops))
+        rounding = EPS * (math.sqrt(steps.max()) + 4 * len(equations.stops))
+        slopes = motion.lost_in_slopes(samples.times, samples.states, scale[:, places], steps, span)
         lost = times[(apart[:, places] > NO_DIGIT_SHARED).any(axis=1)]
         means = states[0, -1, motion.integrals] / (span or 1.0)
         return OrbitSolution(
@@ -308,7 +306,7 @@ def _followed(
             drift,
             method,
             int(steps.sum()),
-            0.0 if len(lost) else digits(max(error, rounding)),
+            0.0 if len(lost) else digits(max(error, rounding, slopes)),
             float(lost[0]) if len(lost) else None,
             dict(zip(functions, map(float, means), strict=False)),
             {key: float(sizes.max()) for key, sizes in samples.sizes.items()},

@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ from rigidcli.core.events import Events, events
 from rigidcli.core.kicks import foreseen
 from rigidcli.core.libration import CONVERGED, MOST_NODES, Libration, libration
 from rigidcli.core.second_run import compared, rounding
-from rigidcli.core.solution import Solution, Stopped, columns, digits
+from rigidcli.core.solution import Solution, Stopped, digits
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError, ExpressionError
@@ -75,8 +74,7 @@ class OrbitSolution(NamedTuple):
     orbit; `scales` are the largest sums of the sizes of the terms of what is sampled.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     The `end` is the time at which an orbit with `until` ends, and why; `remarks` are notes for people.
-    `at` gives samples at other times, `knots` are the ends of the steps, and `solution` has its states at any
-    time: None for one of many orbits.
+    `at` gives samples at other times, and `solution` has the states at any time: None for many orbits.
     """
 
     samples: Samples
@@ -91,7 +89,6 @@ class OrbitSolution(NamedTuple):
     end: tuple[float, str] | None = None
     is_section: bool = False
     at: Callable[[Floats], Samples] | None = None
-    knots: Floats | None = None
     solution: Solution | None = None
 
 
@@ -111,32 +108,20 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
     observe = motion.observer({key: terms(e) for key, e in further.items()})
     passes = {key: Event(key, orbit.events[key].text, motion.function([e])) for key, e in passing.items()}
     solution, error, lost, times, until = _follow(found, motion, passes.get("orbit.until"), progress)
-    remarks, end, chosen = [] if solution.note is None else [solution.note], None, None
-    if "orbit.until" in passes:
-        times, reason, more = ended(passes["orbit.until"], solution, times, until)
-        end, remarks = (float(times[-1]), reason), [*remarks, *more]
-        solution = solution._replace(knots=cut(solution.knots, times[-1]))
+    times, end, at_end = ended(passes.get("orbit.until"), solution, times, until)
+    if end is not None:
+        solution = solution._replace(knots=cut(solution.knots, end[0]))
+    chosen, at_section = None, list[str]()
     if orbit.section is not None:
-        chosen, more = section_times(passes["orbit.section.at"], solution, orbit.section.direction)
-        times, remarks = np.array(sorted({*times.tolist(), *chosen.tolist()})), [*remarks, *more]
+        chosen, at_section = section_times(passes["orbit.section.at"], solution, orbit.section.direction)
+        times = np.array(sorted({*times.tolist(), *chosen.tolist()}))
 
     def at(times: Floats) -> Samples:
         return observe(times, solution.at(times))
 
     _require_range(solution, derivation, motion)
     samples = at(times)
-    too_large = np.isinf(samples.sizes["H"])
-    if too_large.any():
-        time = times[int(np.argmax(too_large))]
-        raise ComputationError(
-            f"the motion grows beyond the range of numbers: at t = {time:.6g} H is larger than any of them",
-            hint="take a shorter span",
-        )
-    for key in further:
-        has_value = np.isfinite(samples.values[key])
-        if not has_value.all():
-            time, name = times[int(np.argmin(has_value))], key.partition(".")[2]
-            raise ComputationError(f"`{name}` has no finite real value at t = {time:.6g}")
+    _require_values(samples, further)
     kept = conserved(derivation)
     watch, knots = motion.observer(kept), _looks(solution)
     drift = drifts(motion, kept, [watch(times, samples.states), watch(knots, solution.at(knots))])
@@ -154,13 +139,28 @@ def solve_orbit(found: Findings, progress: Progress) -> OrbitSolution:
         lost=lost,
         means=dict(zip(functions, map(float, means), strict=True)),
         scales={key: float(sizes.max()) for key, sizes in samples.sizes.items()},
-        remarks=tuple(remarks),
+        remarks=(*filter(None, [solution.note]), *at_end, *at_section),
         end=end,
         is_section=chosen is not None,
         at=at,
-        knots=solution.knots,
         solution=solution,
     )
+
+
+def _require_values(samples: Samples, keys: Iterable[str]) -> None:
+    """Raise ComputationError where H is too large, or what stands under one of the keys has no value."""
+    too_large = np.isinf(samples.sizes["H"])
+    if too_large.any():
+        time = samples.times[int(np.argmax(too_large))]
+        raise ComputationError(
+            f"the motion grows beyond the range of numbers: at t = {time:.6g} H is larger than any of them",
+            hint="take a shorter span",
+        )
+    for key in keys:
+        has_value = np.isfinite(samples.values[key])
+        if not has_value.all():
+            time, name = samples.times[int(np.argmin(has_value))], key.partition(".")[2]
+            raise ComputationError(f"`{name}` has no finite real value at t = {time:.6g}")
 
 
 def _follow(
@@ -180,24 +180,25 @@ def _follow(
     stops, longest = foreseen(motion.watched, last, NAME)
     is_bound = bool(derivation.system.constraints)
 
-    def follow(end: float, stops: Sequence[float], tolerance: float, **options: Any) -> Solution:
-        return integrate.integrate(
-            motion.flow,
-            start,
-            (0.0, end),
-            tolerance=tolerance,
-            stops=stops,
-            roundings=motion.roundings,
-            name=NAME,
-            longest=min(longest, orbit.max_step or math.inf),
-            starts=found.document.starts,
-            project=way_back(derivation, initial.parameters) if is_bound else None,
-            **options,
-        )
+    follow = partial(
+        integrate.integrate,
+        motion.flow,
+        start,
+        roundings=motion.roundings,
+        name=NAME,
+        longest=min(longest, orbit.max_step or math.inf),
+        starts=found.document.starts,
+        project=way_back(derivation, initial.parameters) if is_bound else None,
+    )
 
     def first(end: float, **options: Any) -> Solution:
-        tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-        return follow(end, stops[stops < end].tolist(), tolerance, engine=orbit.method, **options)
+        tolerance, before = orbit.tolerance or DEFAULT_TOLERANCE, stops[stops < end].tolist()
+        return follow((0.0, end), tolerance=tolerance, stops=before, engine=orbit.method, **options)
+
+    def second(tolerance: float, stops: Sequence[float]) -> Solution:
+        # That by an exponential has steps that share no point with those of the first.
+        other = exactly and exactly(1.37)
+        return other or follow((0.0, last), tolerance=tolerance, stops=stops, like=solution)
 
     if until is not None:
         last, end = reach(first, until, last)
@@ -212,14 +213,17 @@ def _follow(
     scale[scale == 0] = 1.0
     solution, error, lost = compared(
         solution,
-        # A second solution by an exponential has steps that share no point with those of the first.
-        lambda tolerance, stops: (exactly and exactly(1.37)) or follow(last, stops, tolerance, like=solution),
+        second,
         motion.watched,
         stops,
         lambda one, other: np.abs((one - other)[:, :count] / scale).max(axis=1),
         times,
     )
-    error = max(error, _lost_in_slopes(motion, solution, scale), rounding(solution, stops))
+    error = max(error, rounding(solution, stops))
+    # An exponential has no slopes, and where fast rates die out, so does the rounding in them.
+    if solution.method not in (linear_flow.METHOD, stiff.METHOD):
+        knots, steps = _looks(solution), np.array([solution.steps])
+        error = max(error, motion.lost_in_slopes(knots, solution.at(knots), scale[:, None], steps, last))
     return solution, error, lost, times, end
 
 
@@ -266,20 +270,6 @@ def _looks(solution: Solution) -> Floats:
     return solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
 
 
-def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats) -> float:
-    """The error that rounding in the slopes makes, in units of the sizes `scale` (2 n) of the variables.
-
-    Two solutions share it, so that their difference does not show it. It has either sign in each step. An
-    exponential has no slopes, and where fast rates die out, so does this error.
-    """
-    if solution.method in (linear_flow.METHOD, stiff.METHOD):
-        return 0.0
-    knots = _looks(solution)
-    errors = columns(motion.roundings)(knots, *solution.at(knots).T)[: len(scale)].mean(axis=1)
-    largest = float((errors / scale).max())
-    return largest * EPS * float(solution.knots[-1]) / math.sqrt(solution.steps or 1)
-
-
 def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = MOST_DRAWN) -> Samples:
     """The orbit at so many times that straight lines between them are a smooth curve of what is `shown`.
 
@@ -288,11 +278,12 @@ def curve(orbit: OrbitSolution, shown: Callable[[Samples], Floats], most: int = 
     less than SMOOTH, or there are as many times as may be; those that are passed by most come first.
     """
     samples, at = orbit.samples, orbit.at
-    if at is None or orbit.knots is None or orbit.is_section or len(samples.times) < 2:
+    if at is None or orbit.solution is None or orbit.is_section or len(samples.times) < 2:
         return samples
     last = samples.times[-1]
     times = samples.times[: -1 : 1 + 2 * len(samples.times) // most]
-    knots = orbit.knots[:: 1 + 8 * len(orbit.knots) // most]
+    knots = orbit.solution.knots
+    knots = knots[:: 1 + 8 * len(knots) // most]
     if len(knots) > len(times):  # samples that are few may stand a whole period apart
         inside = knots[(knots > times[0]) & (knots < last)]
         times = np.array(sorted({*times.tolist(), *inside.tolist()}))
@@ -318,15 +309,11 @@ def by_exponential(
     asked = orbit.method != "auto" or orbit.max_step is not None or bool(orbit.events)
     if asked or derivation.linear is None or derivation.explicit_time:
         return None
-    rows, shift = derivation.linear
-    if any(TIME in e.names for e in chain(*rows, shift)):
+    if any(TIME in e.names for part in derivation.linear for e in part.flat):
         return None
-    matrix, offset = (
-        np.array([e.evaluate(**initial.parameters) if e else 0.0 for e in part])
-        for part in (chain(*rows), shift)
-    )
+    in_floats = np.vectorize(lambda e: e.evaluate(**initial.parameters) if e else 0.0, otypes=[np.float64])
+    matrix, offset = map(in_floats, derivation.linear)
     start = np.concatenate([initial.q, initial.p])
-    matrix = matrix.reshape(len(start), -1)
     if len(initial.q) < FEW_COORDINATES and linear_flow.rate(matrix) * end < FEW_RADIANS:
         return None
 
@@ -396,9 +383,11 @@ def reach(follow: Callable[[float], Solution], event: Event, end: float) -> tupl
 
 
 def ended(
-    event: Event, solution: Solution, times: Floats, until: float | None
-) -> tuple[Floats, str, list[str]]:
-    """The times of an orbit to its end, which is about `until` if ever, what holds there, and remarks."""
+    event: Event | None, solution: Solution, times: Floats, until: float | None
+) -> tuple[Floats, tuple[float, str] | None, list[str]]:
+    """The times of an orbit to its end, which is about `until` if ever; when and why it ends, and remarks."""
+    if event is None:
+        return times, None, []
     found, reason, remarks = event.passes(solution), equation(event.text), list[str]()
     if until is None:
         remarks.append(
@@ -407,7 +396,8 @@ def ended(
         reason = "duration"
     else:
         times = cut(times[:-1], float(found.times[0]) if len(found.times) else until)
-    return times, reason, remarks + event.touches(found.touched[found.touched < times[-1]])
+    remarks += event.touches(found.touched[found.touched < times[-1]])
+    return times, (float(times[-1]), reason), remarks
 
 
 def cut(times: Floats, end: float) -> Floats:
