@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
-from rigidcli.errors import ComputationError, DocumentError, Problem
-from rigidcli.language import code
+from rigidcli.errors import ComputationError, DocumentError, ExpressionError, Problem
 from rigidcli.mechanics.inversion import Branch
 from rigidcli.mechanics.lagrange_equations import Constraint
-from rigidcli.mechanics.legendre import canonical_momenta
+from rigidcli.mechanics.legendre import Momenta, canonical_momenta
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import InitialState, parts_of, way_back
@@ -68,7 +65,7 @@ def initial_state(document: Document, derivation: Derivation) -> tuple[Derivatio
         if derivation.rates:
             v = point.evaluate([*derivation.rates.values()], "a velocity")
         else:
-            v, notes = _solved(point, derivation, p, "velocities")
+            v, notes = _solved(point, derivation.momenta, names, p, "velocities", "momenta")
     if limits and v is not None:
         q, v = _on_constraints(point.at(names, v), derivation, parameters, np.concatenate([q, v]))
         point = point.at(phase.coordinates, q)
@@ -93,39 +90,34 @@ class _Point(NamedTuple):
     def evaluate(self, expressions: Sequence[Expr], what: str) -> Floats:
         """The values of expressions. Raises DocumentError where `what` has none."""
         try:
-            f = code.function([to_tree(e) for e in expressions], list(self.known), {})(math)
-            values = np.array(f(*self.known.values()), dtype=np.float64)
-        except NO_VALUE:
-            values = np.array([math.nan])
-        if not np.isfinite(values).all():
-            raise self.document.refusal(f"{what} has no finite real value there", INITIAL_KEY)
-        return values
+            return np.array([e.evaluate(**self.known) for e in expressions], dtype=np.float64)
+        except ExpressionError:
+            message = f"{what} has no finite real value there"
+            raise self.document.refusal(message, INITIAL_KEY) from None
 
 
 def _momenta(point: _Point, derivation: Derivation, v: Floats) -> tuple[Floats, tuple[str, ...]]:
     """The momenta (n) from the velocities: by definition, or from v = dH/dp where H is given; with notes."""
+    names = derivation.phase.momenta
     if not derivation.definitions:
-        return _solved(point, derivation, v, "momenta")
+        functions = canonical_momenta(derivation.generator, names)
+        return _solved(point, functions, names, v, "momenta", "velocities")
     there = point.at(derivation.velocity_names, v)
     return there.evaluate(derivation.momenta.definitions, "a momentum"), ()
 
 
 def _solved(
-    point: _Point, derivation: Derivation, target: Floats, kind: Literal["velocities", "momenta"]
+    point: _Point, functions: Momenta, names: Sequence[str], target: Floats, kind: str, given: str
 ) -> tuple[Floats, tuple[str, ...]]:
-    """Velocities (n) with these momenta, or momenta with these velocities, by a search from zero; with notes.
+    """Values of names (n) for which functions of them are the target, by a search from zero; with notes.
 
-    Raises DocumentError where nothing is found.
+    They are of a `kind`, velocities with `given` momenta or momenta with given velocities. Raises
+    DocumentError where nothing is found.
     """
-    functions, names = derivation.momenta, derivation.velocity_names
-    given, one = "momenta", "a momentum"
-    if kind == "momenta":
-        names, (given, one) = derivation.phase.momenta, ("velocities", "a velocity")
-        functions = canonical_momenta(derivation.generator, names)
     size, slopes = len(target), [e for row in functions.mass_matrix for e in row]
 
     def miss(values: Floats) -> tuple[Floats, Floats]:
-        there = point.at(names, values).evaluate([*functions.definitions, *slopes], one)
+        there = point.at(names, values).evaluate([*functions.definitions, *slopes], f"one of the {given}")
         return there[:size] - target, there[size:].reshape(size, size)
 
     with suppress(np.linalg.LinAlgError):
