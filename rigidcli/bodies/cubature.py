@@ -1,9 +1,10 @@
 """Integrals over a unit box of functions of up to three coordinates, with an estimate of their error.
 
 The box is cut in smaller ones, which have products of Gauss's rules. Those with the largest error indicators
-are halved, which are the highest coefficients of the function in Legendre's polynomials. Where the function
-has kinks or jumps, the integral along one coordinate is taken first, on lines that are cut there. All is done
-twice with different points: the error is ten times the difference, or thirty times beside kinks.
+are halved, which are the highest coefficients of the function in Legendre's polynomials; and before them
+those that have no node near a known peak. Where the function has kinks or jumps, the integral along one
+coordinate is taken first, on lines that are cut there. All is done twice with different points: the error is
+ten times the difference, or thirty times beside kinks.
 """
 
 from __future__ import annotations
@@ -39,47 +40,76 @@ SHORTEST = 1e-13  # the shortest side of a box and piece of a line: below it is 
 # The fraction of a box's error indicator that its halves inherit, as they may miss what it saw. Where the
 # function is smooth, its highest coefficients fall by 2^-8.
 INHERITED = 1e-3
-# The longest sides of boxes that hold a peak, and of their neighbours: shorter than peaks that count.
-SIDE_AT_PEAK, SIDE_BESIDE_PEAK = 1e-7, 1e-2
-# A place (d) at which a function is very large, and the coordinates to which it is bound (d): along the
-# others the function is as large.
-Peak: TypeAlias = tuple[Floats, Mask]
-AT_ONCE = 1e200  # the error indicator of boxes at a peak, which are halved before all others
+# A box is blind to a peak where that is so many times as high as the function at the nodes of the box.
+UNSEEN_RISE = 1.5
+NEAR_PEAK = 0.1  # how far outside of a box a peak may be to which it can be blind, in units of its sides
+AT_ONCE = 1e200  # the error indicator of boxes that are blind to a peak, which are halved before all others
+
+
+class Peaks(NamedTuple):
+    """The `places` (d by m) where the `height` of a function may be very large.
+
+    Along a coordinate to which a peak is not `bound` (d by m), the function goes on about as high.
+    """
+
+    height: Function
+    places: Floats
+    bound: Mask
+
+    def unseen(self, low: Floats, size: Floats) -> Mask:
+        """The sides of boxes, of these corners and sides (all d by n), that are too long to see a peak."""
+        sides = np.zeros(size.shape, dtype=bool)
+        first, last = (edge[:, :, None] for edge in (low - NEAR_PEAK * size, low + (1 + NEAR_PEAK) * size))
+        within = (first <= self.places[:, None]) & (self.places[:, None] <= last)
+        box, peak = (within | ~self.bound[:, None]).all(axis=0).nonzero()
+        if not box.size:
+            return sides
+        bound, (some, place) = self.bound[:, peak], np.unique(box, return_inverse=True)
+        tops = self.height(np.where(bound, self.places[:, peak], (low + size / 2)[:, box]))
+        nodes, _ = product_rule([gauss(NODES_OF_SIDE)] * len(low))
+        inside = low[:, some, None] + size[:, some, None] * nodes[:, None]
+        seen = self.height(inside.reshape(len(low), -1)).reshape(some.size, len(nodes.T)).max(axis=1)
+        is_blind = tops > UNSEEN_RISE * seen[place]
+        np.logical_or.at(sides.T, box[is_blind], bound[:, is_blind].T)
+        return sides
 
 
 class Boxes(NamedTuple):
-    """Boxes, one a column: lower corner, sides and an error indicator a side (d by n); integrals (c by n)."""
+    """Boxes, one a column: lower corner, sides, an error indicator a side, and whether it is too long to see
+    a peak (all d by n); integrals (c by n)."""
 
     low: Floats
     size: Floats
     indicator: Floats
+    unseen: Mask
     first: Floats
     second: Floats
 
-    def halved(self, runs: Sequence[Function], chosen: Indices, sides: Indices) -> Boxes:
+    def halved(self, runs: Sequence[Function], peaks: Peaks, chosen: Indices, sides: Indices) -> Boxes:
         """The boxes with the `chosen` ones (k) halved, each along one of its `sides` (k)."""
         column, side = np.arange(2 * chosen.size), sides.repeat(2)
         low, size, indicator = (part[:, chosen].repeat(2, axis=1) for part in self[:3])
         size[side, column] /= 2
         low[side, column] += size[side, column] * (column % 2)
-        halves = _in_boxes(runs, low, size, INHERITED * indicator)
+        halves = _in_boxes(runs, peaks, low, size, INHERITED * indicator)
         parts = zip(self, halves, strict=True)
         return Boxes(*(np.hstack([np.delete(old, chosen, 1), new]) for old, new in parts))
 
+    def urgency(self) -> Floats:
+        """The indicators: zero for the shortest sides, AT_ONCE for the longest one that is too long."""
+        indicator = np.where(self.size > SHORTEST, self.indicator, 0.0)
+        long = np.where(self.unseen, self.size, 0.0)
+        indicator[self.unseen & (long == long.max(axis=0, initial=0.0))] = AT_ONCE
+        return indicator
+
 
 def integral(
-    f: Function,
-    kinks: Sequence[Function],
-    peaks: Sequence[Peak],
-    is_seen: Callable[[Floats, Floats], bool],
-    pieces: Sequence[int],
-    cost: int,
+    f: Function, kinks: Sequence[Function], peaks: Peaks, pieces: Sequence[int], cost: int
 ) -> tuple[Floats, float]:
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
-    The box is first cut in so many `pieces` along each coordinate. At the `peaks` the function may be much
-    larger than elsewhere. The error is infinite unless `is_seen` says that the boxes with these corners and
-    sides (d by n) have seen all of the function. A value of `f` counts as `cost` points.
+    The box is first cut in so many `pieces` along each coordinate. The error is infinite while a box is blind
+    to one of the `peaks`, which are not looked at beside `kinks`. A value of `f` counts as `cost` points.
     """
     runs: tuple[Function, ...] = f, f
     margin, enough = 10.0, ERROR_AT_FIRST
@@ -94,28 +124,30 @@ def integral(
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = tuple(partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1))
         pieces = [*pieces[:along], *pieces[along + 1 :]]
+        none = np.empty((len(pieces), 0))
+        peaks = Peaks(peaks.height, none, none > 0)
     depth = len(pieces)
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
     low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
-    boxes = _in_boxes(runs, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
+    boxes = _in_boxes(runs, peaks, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
     points = cost * NODES_OF_SIDE**depth
     used = points * boxes.low.shape[1]
     while True:
         one, two = boxes.first.sum(axis=1), boxes.second.sum(axis=1)
-        indicator = _with_peaks(boxes, peaks)
+        indicator = boxes.urgency()
         worst = indicator.max(axis=0, initial=0.0)
         with np.errstate(all="ignore"):
             error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))
+        error = np.inf if boxes.unseen.any() else max(error, EPS)
         is_small = used > FIRST_POINTS and error < enough * (used / FIRST_POINTS) ** 2
         is_hopeless = used > POINTS_BEFORE_GIVING_UP and error > HOPELESS_ERROR
-        is_vain = used > MOST_POINTS or is_hopeless or worst.sum() <= SHORTEST * abs(two[0])
-        if (is_small or is_vain) and worst.max() < AT_ONCE:
-            return two, max(error, EPS) if is_seen(boxes.low, boxes.size) else np.inf
+        if is_small or is_hopeless or used > MOST_POINTS or worst.sum() <= SHORTEST * abs(two[0]):
+            return two, error
         # The boxes that hold half of all that the indicators tell are halved.
         descending = np.argsort(-worst)
         half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
         chosen = descending[: min(half, max(1, POINTS_AT_ONCE // points))]
-        boxes = boxes.halved(runs, chosen, indicator[:, chosen].argmax(axis=0))
+        boxes = boxes.halved(runs, peaks, chosen, indicator[:, chosen].argmax(axis=0))
         used += points * 2 * chosen.size
 
 
@@ -142,19 +174,7 @@ def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats
 # --- boxes
 
 
-def _with_peaks(boxes: Boxes, peaks: Sequence[Peak]) -> Floats:
-    """The indicators (d by n): zero for the shortest sides, AT_ONCE for the longest of a box at a peak."""
-    indicator = np.where(boxes.size > SHORTEST, boxes.indicator, 0.0)
-    for place, bound in peaks:
-        corner, sides = boxes.low[bound].T, boxes.size[bound].T
-        reach = np.where(sides > SIDE_BESIDE_PEAK, sides, 0.0)
-        holds = ((place[bound] >= corner - reach) & (place[bound] <= corner + sides + reach)).all(axis=1)
-        sides = np.where(bound[:, None], boxes.size, 0.0)
-        indicator[(sides == sides.max(axis=0)) & (sides > SIDE_AT_PEAK) & holds] = AT_ONCE
-    return indicator
-
-
-def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats) -> Boxes:
+def _in_boxes(runs: Sequence[Function], peaks: Peaks, low: Floats, size: Floats, least: Floats) -> Boxes:
     """Boxes with these corners, sides and `least` error indicators (all d by n).
 
     Where a function is infinite it counts as zero. The second one has one node more along each side.
@@ -180,7 +200,7 @@ def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats
         for _ in range(depth):
             values = values @ weights
         both.append(values)
-    return Boxes(low, size, indicator, *both)
+    return Boxes(low, size, indicator, peaks.unseen(low, size), *both)
 
 
 # --- lines

@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidcli.bodies import cubature
 from rigidcli.bodies.charts import Chart, gauss, right_angles, simplex
-from rigidcli.bodies.cubature import Peak
+from rigidcli.bodies.cubature import Peaks
 from rigidcli.bodies.density import (
     FIRST,
     NEGATIVE,
@@ -39,11 +39,10 @@ if TYPE_CHECKING:
 POINTS_OF_NET = 13
 SEARCHES_FROM_NET = 8  # points of the net from which the least value is searched for, by halved steps
 SEARCHES_FOR_RIDGE = 100  # searches from random places for a ridge: one may miss it, hardly all
-# A box has missed a ridge where the density is this many times that at the nodes of the box.
-UNSEEN_RISE = 1.5
 # The quantile of the heights on a net that counts as the usual height of a function with ridges.
 USUAL_QUANTILE = 0.95
 RISE_OF_PEAK = 5.0  # a function has a peak where it is this many times its usual height
+LAST_STEP = 1e-8  # the last step of a search for a peak: shorter than peaks that count
 # The last step of a search for the least value of a polynomial, which is then right to 1e-12.
 LAST_STEP_OF_POLYNOMIAL = 1e-6
 STEP_FROM_POINT = 1e-6  # how far beside a point without a value a density is looked at, in units of the box
@@ -263,7 +262,7 @@ class ChartPart:
         if start is None:
             best = np.argsort(height(self.net), kind="stable")
             start = self.net[:, best[:SEARCHES_FROM_NET]]
-        last = cubature.SIDE_AT_PEAK / 10 if self.degree is None else LAST_STEP_OF_POLYNOMIAL
+        last = LAST_STEP if self.degree is None else LAST_STEP_OF_POLYNOMIAL
         return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), last)
 
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
@@ -290,8 +289,17 @@ class ChartPart:
             self.nodes, self.weights = np.empty((0, 1)), np.ones(1)
             integrals = moments(points) @ weights
             return integrals, EPS * abs(integrals[0])
-        chance = np.random.default_rng(1)
-        kinks, peaks, ridges = list[cubature.Function](), list[Peak](), [self.net[:, :0]]
+        kinks, peaks = self._kinks_and_peaks()
+        integrals, error = cubature.integral(moments, kinks, peaks, self.pieces, self.weights.size)
+        return integrals, error * abs(integrals[0])
+
+    def _kinks_and_peaks(self) -> tuple[list[cubature.Function], Peaks]:
+        """What vanishes where the density has kinks, and the peaks of the functions in its formula.
+
+        No kinks are given where a peak is higher than all of a net.
+        """
+        chance, is_high = np.random.default_rng(1), False
+        kinks, places, bound = list[cubature.Function](), [self.net[:, :0]], [self.net[:, :0] > 0]
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
@@ -302,47 +310,33 @@ class ChartPart:
                 kinks.append(partial(self.value, node))
             # A net that misses places such as 0, 1/2 and 1, where people put peaks.
             usual = self._heights(function, 0.0137 + 0.9683 * self.net)
-            least_ridge = RISE_OF_PEAK * np.quantile(usual, USUAL_QUANTILE)
+            of_peak, of_ridge = (RISE_OF_PEAK * np.quantile(usual, share) for share in (1, USUAL_QUANTILE))
             for sign, points in zip((1, -1), ends, strict=True):
-                peaks += self._peaks(function, points, usual.max())
-                if self._heights(function, points).max() > least_ridge:
+                self.density(points)  # which is refused where it is negative in a narrow place
+                highest = self._heights(function, points).max()
+                is_high |= highest > of_peak
+                if highest > of_ridge:
                     start = chance.random((len(points), SEARCHES_FOR_RIDGE))
-                    ridges.append(self.extremes(node, sign, start))
-        kinks = [] if peaks else kinks
-        is_seen = partial(self._is_seen, np.hstack(ridges[:1] if kinks else ridges))
-        integrals, error = cubature.integral(moments, kinks, peaks, is_seen, self.pieces, self.weights.size)
-        return integrals, error * abs(integrals[0])
-
-    def _is_seen(self, ridges: Floats, low: Floats, size: Floats) -> bool:
-        """Whether each point on a ridge is in a box (d by n) that has a node about as high."""
-        nodes, _ = cubature.product_rule([gauss(cubature.NODES_OF_SIDE)] * len(low))
-        for point in ridges.T:
-            box = [int(((point >= low.T) & (point <= (low + size).T)).all(axis=1).argmax())]
-            height, seen = (
-                self.value(self.root, at) for at in (point[:, None], low[:, box] + size[:, box] * nodes)
-            )
-            if np.isfinite(height) and height > UNSEEN_RISE * seen.max():
-                return False
-        return True
+                    points = np.hstack([points, self.extremes(node, sign, start)])
+                    places.append(points[:, self._heights(function, points) > of_ridge])
+                    bound.append(self._is_bound(function, places[-1]))
+        peaks = Peaks(partial(self._heights, self.root), np.hstack(places), np.hstack(bound))
+        return [] if is_high else kinks, peaks
 
     def _heights(self, function: tree.Node, points: Floats) -> Floats:
         return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
 
-    def _peaks(self, function: tree.Node, ends: Floats, usual: float) -> list[Peak]:
-        """Those of the `ends` of searches (d by n) at which a function has a peak above its `usual` height.
+    def _is_bound(self, function: tree.Node, points: Floats) -> Mask:
+        """Whether a function falls along each coordinate from its peaks (d by n).
 
-        It is not bound to a coordinate along which it goes on, such as the angles at the middle of a ball.
+        It does not along the angles at the middle of a ball.
         """
-        self.density(ends)
-        highest, peaks = self._heights(function, ends), dict[bytes, Peak]()
-        for end in ends[:, highest > max(RISE_OF_PEAK * usual, EPS * highest.max())].T:
-            bound = np.ones(end.size, dtype=bool)
-            for k in range(end.size):
-                along = np.repeat(end[:, None], POINTS_OF_NET, axis=1)
-                along[k] = np.linspace(0, 1, POINTS_OF_NET)
-                bound[k] = self._heights(function, along).min() <= RISE_OF_PEAK * usual
-            peaks[np.where(bound, end, -1.0).tobytes()] = (end, bound)
-        return list(peaks.values())
+        least, falls = self._heights(function, points) / RISE_OF_PEAK, np.empty(points.shape, dtype=bool)
+        for k in range(len(points)):
+            along = np.repeat(points, POINTS_OF_NET, axis=1)
+            along[k] = np.tile(np.linspace(0, 1, POINTS_OF_NET), points.shape[1])
+            falls[k] = self._heights(function, along).reshape(-1, POINTS_OF_NET).min(axis=1) <= least
+        return falls
 
 
 def _argument(node: tree.Node) -> tree.Node | None:

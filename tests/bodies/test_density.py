@@ -131,6 +131,22 @@ KINKS: list[tuple[str, dict[str, Any], float]] = [
     ("2 + tanh(x/1e-4)", {"shape": "cone", "radius": 1, "height": 2}, 4 * math.pi / 3),
     ("1 + 1e3*exp(-((x - 0.25)/1e-4)^2)", {"shape": "cube", "side": 1}, 1 + 0.1 * math.sqrt(math.pi)),
     ("2 + tanh(y/1e-4)", {"shape": "disk", "radius": 1}, 2 * math.pi),
+    # Round a tenth of a body, a fiftieth, and a ring along which the density changes.
+    (
+        "exp(-((x - 2)^2 + y^2 + z^2)/0.01)",
+        {"shape": "torus", "major_radius": 2, "minor_radius": 1},
+        (0.1 * math.sqrt(math.pi)) ** 3,
+    ),
+    (
+        "exp(-((x - 0.1)^2 + (y - 0.2)^2 + z^2)/4e-4)",
+        {"shape": "cube", "side": 1},
+        (0.02 * math.sqrt(math.pi)) ** 3,
+    ),
+    (
+        "exp(-((s - 0.5)^2 + z^2)/0.001)*(1 + x/2)",
+        {"shape": "cylinder", "radius": 1, "height": 2},
+        1e-3 * math.pi**2,
+    ),
 ]
 
 
