@@ -12,16 +12,29 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import chain
 
-from rigidcli.errors import ExpressionError, shown
+from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.homework.numbers import scale_in
+from rigidcli.language import tree
 from rigidcli.language.latex import plain
-from rigidcli.language.typed import LONGEST_DECORATED, cut, slopes, statements, undecorated
-from rigidcli.language.words import said
+from rigidcli.language.tokens import GREEK
+from rigidcli.language.typed import (
+    LONGEST_DECORATED,
+    cut,
+    expressions,
+    is_label,
+    slopes,
+    statements,
+    undecorated,
+)
+from rigidcli.language.words import said, table
 
 # --- words ahead of the value
 
 # What stands before the value: all words up to a number, a bracket, a colon or a sign of equality.
-_HEAD = re.compile(r"[^\d\[({:=√\\]{0,400}")
+_HEAD = re.compile(r"[^\d\[({:=√\\]{0,400}+")
 _DENIED = re.compile(
     rf"(?i)(?<![\w-])(?:{said('not', 'denied')}(?<!\bno)(?!-)|no(?=\s*(?:[:,;=]|\Z)|\s+{said('is')}))"
     r"|n['’]t(?!\w)"
@@ -42,46 +55,56 @@ def _taken_back(text: str) -> bool:
     return bool(_DENIED.search(head[0]) or _SCALED.search(text[: head.end() + 1]) or _UNEQUAL.match(text))
 
 
+def doubt_of_words(text: str) -> str:
+    """Why a person must look at an answer for the words before its value; empty if for none."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    is_doubtful = any(_taken_back(line) for line in {*lines[:1], *lines[-1:]})
+    return f"words may take the answer back: {shown(text)}" if is_doubtful else ""
+
+
 # --- what stands left of `=`
 
-_GREEK = (
-    "alpha beta gamma delta epsilon eta theta lambda mu nu omega phi psi rho sigma tau xi zeta "
-    "Gamma Theta Lambda Omega Phi Psi"
-)
-_LETTER = rf"(?:{'|'.join(_GREEK.split())}|[^\W\d_])(?:d?dot|_\w+|\d)?'*"
-_INDEXED = re.compile(r"\s*[^\W\d_]+(?:\d|_[^\W_]+)\s*")
-# Two letters or more: the name of one quantity has one letter, or is a word.
-_PRODUCT = re.compile(rf"\s*(?!(?:d|Delta|[ΔδA]|delta)\s){_LETTER}(?:[\s*·]+{_LETTER})+\s*")
-# As in `lω`, while `pθ` and `Fθ` are names with an index.
-_RUN_TOGETHER = re.compile(rf"\s*[IMRgklmr]{{1,2}}(?:{'|'.join(_GREEK.split())})(?:d?dot)?\s*")
-_RATE = re.compile(r"\s*[A-Z](?:_\w+)?d{1,2}ot\s*(?:\([\w, ]*\))?\s*")
-# Energies, whose sum is an energy; of other letters it is not clear what a sum is.
-_ENERGIES = re.compile(r"\s*(?:[TKE]\w*\s*\+\s*[VUE]\w*|[VU]\w*\s*\+\s*[TK]\w*|[TKE]\w*\s*-\s*[VUE]\w*)\s*")
-_SUM = re.compile(r"\s*[A-Z](?:_\w+)?\s*[-+]\s*[A-Z](?:_\w+)?\s*")
-# A factor, a divisor, a sign or a power beside a name, where numbers are listed on the right.
-_CHANGED_NAME = re.compile(
-    rf"\s*(?:-\s*|\d+\s*\*?\s*){_LETTER}\s*|\s*{_LETTER}\s*(?:\*\*|\^)\s*\(?\s*(?:-?\s*[\dT])\s*\)?\s*"
-    rf"|\s*[\d.]+\s*|\s*[^\W\d][\w\s*']*/[\w\s^*()/]+"
-)
+# A letter, or the name of a Greek one, with its index or dots. What is no letter is a word.
+_LETTER = re.compile(rf"(?:{'|'.join([*GREEK, *map(str.capitalize, GREEK)])}|[^\W\d_])(?:d?dot|_\w+|\d)*")
+# Letters in one word, as in `lω`; while `pθ` and `Fθ` are names with an index.
+_RUN_TOGETHER = re.compile(rf"[IMRgklmr]{{1,2}}(?:{'|'.join(GREEK)})(?:d?dot)?")
+_CHANGE = frozenset(["d", "delta", "Delta", "A"])  # what stands before one name, or is an article
+_RATE = re.compile(r"[A-Z](?:_\w+)?d{1,2}ot")
+# Two energies whose sum, or difference, is an energy.
+_ENERGIES = re.compile(r"\s*(?:[TKE]\w*\s*[-+]\s*[VUE]\w*|[VU]\w*\s*\+\s*[TK]\w*)\s*")
+_ARGUMENTS = re.compile(r"(?<=[\w'])\s*[(\[][^()\[\]]*[)\]]\s*\Z")
 
 
-def _is_changed(side: str, *, is_list: bool) -> bool:
-    """Whether what stands left of `=` is a product, a sum, a power or a derivative, and no name."""
-    is_rate = "'" not in side and _RATE.fullmatch(slopes(side))  # `I'` is another inertia
-    side = slopes(side)
-    is_other = _PRODUCT.fullmatch(side) or _RUN_TOGETHER.fullmatch(side) or is_rate
-    is_sum = _SUM.fullmatch(side) and not _ENERGIES.fullmatch(side)
-    return bool(is_other or is_sum or (is_list and _CHANGED_NAME.fullmatch(side)))
+def _is_name(side: str) -> bool:
+    """Whether what stands left of `=` names one quantity: no number, product, sum, power or derivative.
+
+    Words are a name, and so is a letter with its arguments: `the slow rate`, `H(x, p)`.
+    """
+    side = slopes(side.replace("'", "")).strip(" |<>")  # `I'` is another inertia
+    side = _ARGUMENTS.sub("", side) if is_label(side) else side
+    try:
+        root = expressions(side, None, leading=False)[0]
+    except ExpressionError:
+        return is_label(side)
+    names = tree.names_in(root)
+    match root:
+        case tree.Name(name):
+            return not (_RUN_TOGETHER.fullmatch(name) or _RATE.fullmatch(name))
+        case tree.Product(factors) if all(isinstance(factor, tree.Name) for factor in factors):
+            return not all(map(_LETTER.fullmatch, names)) or not names.isdisjoint(_CHANGE)
+        case tree.Sum():
+            return _ENERGIES.fullmatch(side) is not None
+    return False
+
+
+_ARROW = re.compile("[=-]>")
 
 
 def _chains(text: str) -> list[list[str]]:
     """The members of each chain of equalities in a text."""
-    text = undecorated(text)
     with suppress(ExpressionError):
-        return [members for members in statements(plain(text)) if len(members) > 1]
-    with suppress(ExpressionError):  # rows of LaTeX on the right
-        left, equals, right = text.partition("=")
-        return [[plain(left), right]] if equals else []
+        several = chain.from_iterable(map(statements, cut(plain(undecorated(text)), _ARROW)))
+        return [members for members in several if len(members) > 1]
     return []
 
 
@@ -90,30 +113,42 @@ def _is_told_twice(chains: Sequence[Sequence[str]]) -> bool:
     values = dict[str, str]()
     for name, *_, value in chains:
         own = value.strip(" .,;")
-        is_single = _INDEXED.fullmatch(name) and not re.search(r"[,(\[]", own)
+        is_single = re.fullmatch(r"\s*[^\W\d_]+(?:\d|_[^\W_]+)\s*", name) and not re.search(r"[,(\[]", own)
         if is_single and values.setdefault(name.strip(), own) != own:
             return True
     return False
 
 
-def doubt_of_words(text: str) -> str:
-    """Why a person must look at an answer for the words before its value; empty if for none."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    is_doubtful = any(_taken_back(line) for line in {*lines[:1], *lines[-1:]})
-    return f"words may take the answer back: {shown(text)}" if is_doubtful else ""
-
-
 def doubt_of_sides(text: str, is_right: Callable[[str], bool], *, is_list: bool) -> str:
     """Why a person must look at an answer for what stands left of `=`, where that must be a name.
 
-    The answer itself may stand there, too: `is_right`. Of a list (`is_list`), no judge compares a factor or
-    a power of a name with the right side.
+    The answer itself may stand there, too: `is_right`. Of one value the last statement alone is the answer.
     """
-    chains = _chains(text)
-    for side, *_ in chains:
-        if _is_changed(side, is_list=is_list) and not is_right(side):
+    chains = _chains(told_apart(text)[0])
+    for side, *_ in chains if is_list else chains[-1:]:
+        if side.strip() and not (_is_name(side) or is_right(side)):
             return f"what stands before `=` is no name: {shown(side.strip())}"
     return "two values of the same name" if _is_told_twice(chains) else ""
+
+
+# The units of quantities by the names that usually have no other meaning.
+_UNITS = {
+    name: units.split("|") for units, names in table(__file__, "quantities.csv") for name in names.split()
+}
+
+
+def doubt_of_name(text: str, unit: Unit) -> str:
+    """Why a person must look at a quantity in this unit with the name of another one: `period: 3 rad/s`."""
+    head = re.match(rf"{_HEAD.pattern}(?=.)", text)
+    *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
+    side = re.sub(rf"(?i)\b{said('is', 'about')}", "", _ARGUMENTS.sub("", side))
+    name = next(reversed(re.findall(r"[^\W\d_]+", side)), "") if is_label(side) else ""
+    units = _UNITS.get(name) or _UNITS.get(name.lower() * (len(name) > 1), [])
+    for each in units:
+        with suppress(ValueProblem):
+            scale_in(parse_unit(each), unit)
+            return ""
+    return f"this is the name of another quantity: {shown(name)}" if units else ""
 
 
 # --- definitions behind an answer

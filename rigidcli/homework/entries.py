@@ -131,7 +131,11 @@ class Ruler:
                 numbers = [each for each in others if isinstance(each, TypedNumber)]
                 sure = [each.value for each in numbers if not self.may_be_a_slip(each)]
                 return any(self.is_near(value, entry.value, entry.scale) for value in sure)
-            return not all(self.differ(each, entry) for each in others)
+            own = tree.names_in(entry)
+            return not all(
+                self.differ(each, entry) and not (isinstance(each, tree.Name) and each.name not in own)
+                for each in others
+            )
 
         return doubt(last_member(plain(undecorated(str(typed))))[1], self.readings, is_equal)
 

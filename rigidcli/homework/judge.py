@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -170,16 +171,25 @@ def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
 def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
     """The outcome, or `review` where words or a left side say that the value is not what was asked for."""
     kind = item.kind
-    if not isinstance(answer, str) or kind.name == "choice" or outcome.verdict in ("review", "invalid"):
+    if kind.name in ("choice", "trajectory") or outcome.verdict in ("review", "invalid"):
         return outcome
 
-    def verdict(text: str) -> str:
-        return _by_key(kind, item.key, text)[0].verdict
+    def is_right(side: str) -> bool:
+        return _by_key(kind, item.key, side)[0].verdict == "correct"
 
-    doubt, is_list = doubt_of_words(answer), kind.name in LISTS
-    if not doubt and kind.name in (*SINGLE, *LISTS):
-        doubt = doubt_of_sides(answer, lambda side: verdict(side) == "correct", is_list=is_list)
+    doubt = next(filter(None, map(doubt_of_words, _texts(answer))), "")
+    if not doubt and isinstance(answer, str) and kind.name in (*SINGLE, *LISTS):
+        doubt = doubt_of_sides(answer, is_right, is_list=kind.name in LISTS)
     return Outcome.review(doubt) if doubt else outcome
+
+
+def _texts(answer: Tree) -> Iterator[str]:
+    """The texts in an answer, the names in its mappings among them."""
+    if isinstance(answer, str):
+        yield answer
+    elif isinstance(answer, list | dict):
+        parts = [*answer, *answer.values()] if isinstance(answer, dict) else answer
+        yield from chain.from_iterable(map(_texts, parts))
 
 
 def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnswer]:

@@ -69,8 +69,6 @@ _AGAIN = re.compile(
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
 # What stands between a formula without units and its unit.
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-# Sums of names of energies before `=`, as in `T + V = 5 J`.
-_ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,9 +306,9 @@ CONTRADICTION = "the members of the chain of equalities are not equal"
 
 
 def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[[Any], bool]) -> str:
-    """Why a person must look at an answer behind `=`: a member before it is another value, or no name.
+    """Why a person must look at an answer behind `=`: a member before it has another value.
 
-    What can be read is compared; a name alone is only a name. Raises Unreadable where a second answer begins.
+    Raises Unreadable where a second answer begins.
     """
 
     def value(text: str) -> Any:
@@ -318,18 +316,11 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             return read(text)
 
     for place, member in enumerate(before):
-        is_name = place == 0 and typed.is_label(typed.slopes(member))
-        if is_name and len(member.split()) == 1:
-            continue
-        if is_name and re.match(rf"(?i)\s*{said('not')}", member):
-            return taken_back(member)
         own, shorter = value(member), typed.SECOND_NAME.sub("", member)
         second = value(shorter) if place and shorter != member else None
         # the name behind it begins another answer, unless it is a unit of the same number
         if second is not None and own in (None, second) and not is_equal(second):
             raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
-        if own is None and place == 0 and not is_name and not _ENERGIES.fullmatch(member):
-            return f"what stands before `=` is no name: {shown(member.strip())}"
         if own is not None and not is_equal(own):
             return CONTRADICTION
     return ""

@@ -18,6 +18,7 @@ from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework import numbers
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
+from rigidcli.homework.doubts import doubt_of_name
 from rigidcli.homework.entries import NOISE_OF_ENTRIES, Ruler, Same, beside, chosen, value_of
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import PURE, TypedNumber, in_dimension
@@ -86,6 +87,7 @@ class QuantityKind(AnswerKind):
         doubt = numbers.taken_back(number.remark)
         with suppress(ValueProblem):
             doubt = doubt or key.ruler.doubt(answer, in_dimension(number, key.unit))
+            doubt = doubt or doubt_of_name(str(answer), key.unit)
         return ReadAnswer(number, read_as, doubt)
 
     def _is_right(self, key: NumberKey, number: TypedNumber) -> Same:
