@@ -1,7 +1,7 @@
 """What a person must look at in the text of an answer, whatever its value is.
 
     doubt_of_words("not: 20.8 rad/s")               # words that take the value back
-    doubt_of_sides("l w = sqrt(g/l)", is_right, is_list=False)  # the value of another quantity than w
+    doubt_of_sides("2 L = (0, 2, 12)", is_right)  # the value of another quantity than L
     told_apart("H = T + V where V = m g z")         # ("H = T + V", {"V": "m g z"})
 
 A name before the value is no doubt, nor are words that only announce it.
@@ -12,22 +12,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from itertools import chain
 
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.numbers import scale_in
-from rigidcli.language import tree
+from rigidcli.homework.numbers import no_name, scale_in
 from rigidcli.language.latex import plain
-from rigidcli.language.tokens import GREEK
 from rigidcli.language.typed import (
     LONGEST_DECORATED,
     cut,
-    expressions,
+    divisor,
     is_label,
-    slopes,
+    is_name,
     statements,
     undecorated,
+    without_arguments,
 )
 from rigidcli.language.words import said, table
 
@@ -64,47 +62,11 @@ def doubt_of_words(text: str) -> str:
 
 # --- what stands left of `=`
 
-# A letter, or the name of a Greek one, with its index or dots. What is no letter is a word.
-_LETTER = re.compile(rf"(?:{'|'.join([*GREEK, *map(str.capitalize, GREEK)])}|[^\W\d_])(?:d?dot|_\w+|\d)*")
-# Letters in one word, as in `lω`; while `pθ` and `Fθ` are names with an index.
-_RUN_TOGETHER = re.compile(rf"[IMRgklmr]{{1,2}}(?:{'|'.join(GREEK)})(?:d?dot)?")
-_CHANGE = frozenset(["d", "delta", "Delta", "A"])  # what stands before one name, or is an article
-_RATE = re.compile(r"[A-Z](?:_\w+)?d{1,2}ot")
-# Two energies whose sum, or difference, is an energy.
-_ENERGIES = re.compile(r"\s*(?:[TKE]\w*\s*[-+]\s*[VUE]\w*|[VU]\w*\s*\+\s*[TK]\w*)\s*")
-_ARGUMENTS = re.compile(r"(?<=[\w'])\s*[(\[][^()\[\]]*[)\]]\s*\Z")
-
-
-def _is_name(side: str) -> bool:
-    """Whether what stands left of `=` names one quantity: no number, product, sum, power or derivative.
-
-    Words are a name, and so is a letter with its arguments: `the slow rate`, `H(x, p)`.
-    """
-    side = slopes(side.replace("'", "")).strip(" |<>")  # `I'` is another inertia
-    side = _ARGUMENTS.sub("", side) if is_label(side) else side
-    try:
-        root = expressions(side, None, leading=False)[0]
-    except ExpressionError:
-        return is_label(side)
-    names = tree.names_in(root)
-    match root:
-        case tree.Name(name):
-            return not (_RUN_TOGETHER.fullmatch(name) or _RATE.fullmatch(name))
-        case tree.Product(factors) if all(isinstance(factor, tree.Name) for factor in factors):
-            return not all(map(_LETTER.fullmatch, names)) or not names.isdisjoint(_CHANGE)
-        case tree.Sum():
-            return _ENERGIES.fullmatch(side) is not None
-    return False
-
-
-_ARROW = re.compile("[=-]>")
-
 
 def _chains(text: str) -> list[list[str]]:
     """The members of each chain of equalities in a text."""
     with suppress(ExpressionError):
-        several = chain.from_iterable(map(statements, cut(plain(undecorated(text)), _ARROW)))
-        return [members for members in several if len(members) > 1]
+        return [members for members in statements(plain(undecorated(text))) if len(members) > 1]
     return []
 
 
@@ -119,15 +81,15 @@ def _is_told_twice(chains: Sequence[Sequence[str]]) -> bool:
     return False
 
 
-def doubt_of_sides(text: str, is_right: Callable[[str], bool], *, is_list: bool) -> str:
-    """Why a person must look at an answer for what stands left of `=`, where that must be a name.
+def doubt_of_sides(text: str, is_right: Callable[[str], bool]) -> str:
+    """Why a person must look at a list for what stands left of `=`, where that must be a name.
 
-    The answer itself may stand there, too: `is_right`. Of one value the last statement alone is the answer.
+    The list itself may stand there, too: `is_right`.
     """
     chains = _chains(told_apart(text)[0])
-    for side, *_ in chains if is_list else chains[-1:]:
-        if side.strip() and not (_is_name(side) or is_right(side)):
-            return f"what stands before `=` is no name: {shown(side.strip())}"
+    for side, *_ in chains:
+        if side.strip() and not (is_name(side) or divisor(side) or is_right(side)):
+            return no_name(side)
     return "two values of the same name" if _is_told_twice(chains) else ""
 
 
@@ -141,7 +103,7 @@ def doubt_of_name(text: str, unit: Unit) -> str:
     """Why a person must look at a quantity in this unit with the name of another one: `period: 3 rad/s`."""
     head = re.match(rf"{_HEAD.pattern}(?=.)", text)
     *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
-    side = re.sub(rf"(?i)\b{said('is', 'about')}", "", _ARGUMENTS.sub("", side))
+    side = re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side))
     name = next(reversed(re.findall(r"[^\W\d_]+", side)), "") if is_label(side) else ""
     units = _UNITS.get(name) or _UNITS.get(name.lower() * (len(name) > 1), [])
     for each in units:

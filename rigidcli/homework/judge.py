@@ -178,8 +178,8 @@ def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
         return _by_key(kind, item.key, side)[0].verdict == "correct"
 
     doubt = next(filter(None, map(doubt_of_words, _texts(answer))), "")
-    if not doubt and isinstance(answer, str) and kind.name in (*SINGLE, *LISTS):
-        doubt = doubt_of_sides(answer, is_right, is_list=kind.name in LISTS)
+    if not doubt and isinstance(answer, str) and kind.name in LISTS:
+        doubt = doubt_of_sides(answer, is_right)
     return Outcome.review(doubt) if doubt else outcome
 
 

@@ -24,11 +24,15 @@ from rigidcli.language.words import CALLED, said
 # The most brackets of a text that are looked into for a list, as each look reads all that is inside.
 MOST_BRACKETS = 40
 _NUMBER = re.compile(rf"[-+]?{typed.DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
-_NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
+_NAMED = re.compile(r"(?<![\w^])[^\W\d]\w*+\s*[=:]")
 # What stands between `I1 = 3` and the next name with a digit, or of one letter.
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d|I_?[xyz]{2})\s*[=:])")
-_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=[(\[])")
-_DIAGONAL = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:diag(?:onal)?|Diag(?:onal)?Matrix)\s*(?=[(\[{])")
+# What stands before brackets for a list: programs write it, and `diag` and `transpose` say what is meant.
+_FUNCTION = re.compile(
+    r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:(?P<diagonal>[Dd]iag(?:onal)?(?:Matrix)?)|(?P<flipped>[Tt]ranspose)"
+    r"|array|[Mm]atrix|[Vv]ector|vec)\s*\Z"
+)
+_TRANSPOSED = r"\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|\.?'|\.T)(?!\w)"
 
 
 def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
@@ -51,41 +55,45 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
         raise Unreadable("parse_error", "bars mean a length: give the components")
     try:
-        answer = in_brackets(answer)
-        if not is_square and (components := _in_unit_vectors(answer)) is not None:
-            return components
-        text = _separated(_ARRAY.sub("", answer.replace(HAT, "")))
-        if _DIAGONAL.search(text):
-            entries = read_list(_DIAGONAL.sub("", text, count=1))
-            if not is_square or not isinstance(entries, list):
-                return entries
-            flat = list(chain.from_iterable(e if isinstance(e, list) else [e] for e in entries))
-            return [
-                [e if row == column else "0" for column in range(len(flat))] for row, e in enumerate(flat)
-            ]
-        is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
-        if is_mapping and not re.search(r"[,;\n]", text):
-            text = _NEXT_NAME.sub("; ", text)
-        factor, inner, unit = _parts(text.strip() if is_mapping else typed.last_member(text)[0].strip())
-        is_flipped = unit.startswith(_FLIPPED)
-        unit = unit.removeprefix(_FLIPPED).strip()
-        if re.match(r"\^|\*\*", unit):
-            raise Unreadable(
-                "parse_error", "brackets have a power behind them: give the entries of the result"
-            )
-        entries = _entries(inner.replace(_FLIPPED, ""), is_square)
-        if is_flipped and isinstance(entries, list) and all(isinstance(row, list) for row in entries):
-            entries = _transposed(entries)
+        text = in_brackets(answer)
+        components = None if is_square or _AND.search(text) else _in_unit_vectors(text)
+        return _in_text(text.replace(HAT, ""), is_square) if components is None else components
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", advice(error)) from None
-    return _moved(entries, factor, unit) if factor or unit else entries
 
 
-def _transposed(rows: list[list[Tree]]) -> Tree:
+def _in_text(text: str, is_square: bool) -> Tree:
+    """The entries of a text with brackets, commas and lines only. Raises ExpressionError, Unreadable."""
+    text, before = _separated(text).strip(), list[str]()
+    if len(_NAMED.findall(without_brackets(text))) < 2:
+        text, before = typed.last_member(text)
+    elif not re.search(r"[,;\n]", text):
+        text = _NEXT_NAME.sub("; ", text)
+    factor, within, behind = _parts(text.strip())
+    function, transposed = _FUNCTION.search(factor), re.match(_TRANSPOSED, behind)
+    factor = _FUNCTION.sub("", factor).rstrip(" *")
+    unit = behind[transposed.end() if transposed else 0 :].strip()
+    if re.match(r"\^|\*\*", unit):
+        raise Unreadable("parse_error", "brackets have a power behind them: give the entries of the result")
+    entries = _entries(within, is_square)
+    if function and function["diagonal"] and is_square and isinstance(entries, list):
+        entries = _diagonal([cell for row in entries for cell in (row if isinstance(row, list) else [row])])
+    elif isinstance(entries, list) and (transposed or (function and function["flipped"])):
+        entries = _transposed(entries)
+    divided = typed.divisor(before[0]) if before else ""
+    return _moved(_moved(entries, factor, unit), divided, "")
+
+
+def _diagonal(cells: list[Tree]) -> Tree:
+    places = range(len(cells))
+    return [[cells[row] if row == column else "0" for column in places] for row in places]
+
+
+def _transposed(rows: list[Tree]) -> Tree:
     """Columns as rows; one row or one column, and rows of several lengths, stay as they are."""
-    if len(rows) == 1 or len(set(map(len, rows))) != 1 or len(rows[0]) == 1:
-        return rows
-    return list(map(list, zip(*rows, strict=True)))
+    is_table = all(isinstance(row, list) and len(row) == len(rows[0]) for row in rows)
+    is_line = len(rows) == 1 or not is_table or len(rows[0]) == 1
+    return rows if is_line else list(map(list, zip(*rows, strict=True)))
 
 
 _ARROW, _EQUALS = re.compile("=>|->"), re.compile(r"(?<![<>=!:])==?(?![>=])")
@@ -96,18 +104,12 @@ def earlier_members(answer: Tree) -> list[str]:
 
     What has another name leads to the answer, and is no member; `x = 1, y = 2` is no chain.
     """
-    if not isinstance(answer, str):
-        return []
     with suppress(ExpressionError):
-        *statements, conclusion = cut(in_brackets(typed.undecorated(answer)), _ARROW)
-        if len(_NAMED.findall(without_brackets(conclusion))) > 1:
-            return []
-        name, *before = cut(conclusion, _EQUALS)
-        earlier = [name, *before[:-1]] if before else []
-        for first, *others in (cut(statement, _EQUALS) for statement in statements):
-            if not others or first.strip() == name.strip():
-                earlier += [first, *others]
-        return earlier
+        text = in_brackets(typed.undecorated(answer)) if isinstance(answer, str) else ""
+        *reasons, (name, *members) = (cut(part, _EQUALS) for part in cut(text, _ARROW))
+        if len(_NAMED.findall(without_brackets("=".join([name, *members])))) < 2:
+            same = [each for each in reasons if len(each) == 1 or each[0].strip() == name.strip()]
+            return [*[name, *members][: len(members)], *chain.from_iterable(same)]
     return []
 
 
@@ -127,6 +129,7 @@ def _parts(text: str) -> tuple[str, str, str]:
             break  # rows without brackets round them
         factor = re.sub(r"\A\s*([-+])\s*\Z", r"\g<1>1", before).rstrip(" \t\n*")
         behind = behind.strip()
+        within = _bare(within) if _is_several(_bare(within)) else within
         return factor, within, behind if behind.startswith("**") else behind.removeprefix("*").lstrip()
     return "", text, ""
 
@@ -171,21 +174,14 @@ def _entries(text: str, is_square: bool = False) -> Any:
             if value != named[name] and re.search(r"_\w+\Z", name):  # L_x = 0, L_x = -2: one is another
                 raise Unreadable("duplicate_key", f"read {shown(name)} twice")
         return named if len(named) == len(pairs) else [value for _, value in pairs]
-    if len(pieces) == 1 and pieces[0].startswith(("[[", "[(")):
-        return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
-        pieces = _blanks(pieces[0])
-    elif is_square and all(len(_blanks(piece)) > 1 for piece in pieces):
-        return list(map(_blanks, pieces))
-    elif is_square and not re.search("[,;]", "".join(pieces)):
-        bare = map(_bare, pieces)
-        joined = (_JOINED.sub(lambda sign: next(filter(None, sign.groups())), row) for row in bare)
-        rows = [cut(row, re.compile(r"\s+")) for row in joined]
-        if all(len(row) == len(rows) for row in rows):
-            return rows
-    if len(pieces) > 1 and "," in text and not re.search(r"[;\n]", without_brackets(text)):
-        return [_inner(piece) for piece in pieces]
-    return [_row(piece) for piece in pieces]
+        is_table = pieces[0].startswith(("[[", "[("))
+        return _entries(pieces[0][1:-1]) if is_table else _blanks(pieces[0])
+    rows = [_blanks(_bare(piece), len(pieces)) for piece in pieces] if is_square else []
+    if rows and all(len(row) > 1 for row in rows):
+        return rows
+    are_rows = "," not in text or re.search(r"[;\n]", without_brackets(text))
+    return list(map(_row if are_rows else _inner, pieces))
 
 
 def _inner(piece: str) -> Any:
@@ -205,19 +201,21 @@ def _row(piece: str) -> Any:
     if len(numbers) > 1:
         return numbers
     is_decimal = re.fullmatch(r"[^,;]*\d,\d[^,;]*", inner) is not None
-    return inner if len(commas) == 1 or is_decimal else [_inner(comma) for comma in commas]
-
-
-def _blanks(piece: str) -> list[str]:
-    """The numbers of a row that only blanks separate; else the piece alone."""
-    numbers = piece.split()
-    return numbers if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
+    return inner if len(commas) == 1 or is_decimal else list(map(_inner, commas))
 
 
 # What joins formulas of a row that only blanks separate: signs, and functions before arguments: `cos phi`.
 _JOINED = re.compile(
     rf"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+|(?<![^\W\d_])({'|'.join(sorted(CALLED))})\s+(?=[^\W\d])"
 )
+
+
+def _blanks(piece: str, size: int = 0) -> list[str]:
+    """The numbers, or formulas if there are `size`, that only blanks separate; else the piece alone."""
+    if len(numbers := piece.split()) > 1 and all(map(_NUMBER.fullmatch, numbers)):
+        return numbers
+    formulas = cut(_JOINED.sub(lambda sign: next(filter(None, sign.groups())), piece), re.compile(r"\s+"))
+    return formulas if len(formulas) == size and not re.search("[,;]", piece) else [piece]
 
 
 _SEVERAL = {
@@ -261,47 +259,24 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
 _BRACKETS = str.maketrans(
     {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
 )
-_FLIPPED = "\ue003"  # the sign behind a matrix that is transposed
-_TRANSPOSED = r"(?<=[)\]}])\s*(?:\^\s*\(?\s*(?:⊤|T|top|tr?)\s*\)?|[ᵀᵗ]|\.?'|\.T)(?!\w)"
-_TRANSPOSE = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b[Tt]ranspose\s*(?=[(\[])")
 _MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
 # One value of two names: lambda_{2,3} = 11.
 _SHARED = re.compile(
     r"(?<![A-Za-zλω])(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
 )
 _SIGNS = rules(
-    (_TRANSPOSED, _FLIPPED),
+    (rf"([(\[{{][^()\[\]{{}};\n]*[)\]}}]){_TRANSPOSED}", r"\1"),  # a column is read as a row
     (r"\]\s*\[(?=[-\d])", "];["),
     (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
     (_MAPLE, r"(\1)"),  # the rows of a matrix
 )
-_AND = re.compile(rf",?\s+(?:{said('and')}|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
+_AND = re.compile(rf",?\s+(?:{said('and')}|&)\s+|(?<=[\w)])\s+[ye]\s+(?=\d|√|sqrt)")
 
 
 def in_brackets(text: str) -> str:
     """The plain text of a list with brackets, commas and lines only. Raises ExpressionError."""
     text = with_hats(_SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text))
-    return _from_table(_with_tables_flipped(rewritten(text.translate(_BRACKETS), _SIGNS)))
-
-
-def _with_tables_flipped(text: str) -> str:
-    """The text with the sign of a transposed matrix behind outer brackets that hold a table, and no others.
-
-    Raises ExpressionError.
-    """
-    if function := _TRANSPOSE.search(text):
-        end = closings_of(text)[function.end()] + 1
-        table = text[function.end() : end]
-        table = table[1:-1] if is_enclosed(table[1:-1]) else table
-        text = f"{text[: function.start()]}{table}{_FLIPPED}{text[end:]}"
-    if _FLIPPED not in text:
-        return text
-    tables = {
-        end + 1 for start, end in closings_of(text).items() if re.search(r"[(\[{;\n]", text[start + 1 : end])
-    }
-    return "".join(
-        sign for place, sign in enumerate(text) if sign != _FLIPPED or len(text[:place].rstrip()) in tables
-    )
+    return _from_table(rewritten(text.translate(_BRACKETS), _SIGNS))
 
 
 def _from_table(text: str) -> str:
@@ -354,7 +329,7 @@ _FOUND = "\ue000\ue001\ue002"  # the signs of the unit vectors, once they are fo
 _VECTOR = re.compile(f"[{_FOUND}]")
 # Unit vectors with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
 _UNIT_VECTORS = (
-    re.compile(rf"([ijkxyz]){HAT}+|e{HAT}+_?([xyz123])(?!\w)"),
+    re.compile(rf"([ijkxyz])(?:{HAT}+|\^(?=\s*(?:[-+)]|\Z)))|e{HAT}+_?([xyz123])(?!\w)"),
     re.compile(rf"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w({_FOUND}])"),
     re.compile(r"(?<![A-Za-z_])(?<!\(\d)([xyz])(?![\w(])"),  # and no count, as in `11 (2x)`
 )

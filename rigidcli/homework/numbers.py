@@ -306,9 +306,10 @@ CONTRADICTION = "the members of the chain of equalities are not equal"
 
 
 def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[[Any], bool]) -> str:
-    """Why a person must look at an answer behind `=`: a member before it has another value.
+    """Why a person must look at an answer behind `=`.
 
-    Raises Unreadable where a second answer begins.
+    A member before it has another value, or the first is no name. Raises Unreadable where a second answer
+    begins.
     """
 
     def value(text: str) -> Any:
@@ -323,7 +324,14 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
         if own is not None and not is_equal(own):
             return CONTRADICTION
+        if own is None and place == 0 and member.strip() and not typed.is_name(member):
+            return no_name(member)
     return ""
+
+
+def no_name(side: str) -> str:
+    """Why a person must look at an answer with this side left of `=`."""
+    return f"what stands before `=` is no name: {shown(side.strip())}"
 
 
 def _si(match: re.Match[str]) -> str:

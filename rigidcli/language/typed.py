@@ -21,7 +21,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
-from rigidcli.language.tokens import rewritten, rules, tokenize
+from rigidcli.language.tokens import GREEK, rewritten, rules, tokenize
 from rigidcli.language.words import CALLED, Words, in_digits, said
 
 # --- decoration: what no judge reads
@@ -139,6 +139,13 @@ _BRACKET = re.compile(r"[()\[\]{}]")
 def is_label(side: str) -> bool:
     """Whether a side of `=` only names what follows: `H(x, p)`, `the slow rate`."""
     return _LABEL.fullmatch(side) is not None and CALLED.isdisjoint(re.findall(r"\w+", side))
+
+
+def divisor(side: str) -> str:
+    """What a name is divided by on a side of `=`: `M a^2/12` in `I/(M a^2/12)`; empty where it is not."""
+    name, bar, below = slopes(side).partition("/")
+    is_one = len(cut(below.strip(), re.compile(r"[-+/*\s]"))) == 1
+    return below.strip() if bar and is_one and re.fullmatch(rf"\s*{_WORD}\s*", name) else ""
 
 
 def closings_of(text: str) -> dict[int, int]:
@@ -300,3 +307,42 @@ def slopes(text: str) -> str:
     """A plain text with `xdot` for `dx/dt` and `x'`, and with points for decimal commas."""
     text = rewritten(text, _RATES)
     return text if re.search("atan2|pow|POW|Pow", text) else re.sub(r"(?<=\d),(?=\d)", ".", text)
+
+
+# --- what stands left of `=`
+
+# A letter, or the name of a Greek one, with its index or dots. What is no letter is a word.
+_LETTER = re.compile(rf"(?:{'|'.join([*GREEK, *map(str.capitalize, GREEK)])}|[^\W\d_])(?:d?dot|_\w+|\d)*")
+# Letters in one word, as in `lω`; while `pθ` and `Fθ` are names with an index.
+_RUN_TOGETHER = re.compile(rf"[IMRgklmr]{{1,2}}(?:{'|'.join(GREEK)})(?:d?dot)?")
+_CHANGE = frozenset(["d", "delta", "Delta", "A"])  # what stands before one name, or is an article
+_RATE = re.compile(r"[A-Z](?:_\w+)?d{1,2}ot")
+# Two energies whose sum, or difference, is an energy.
+_SUM_OF_ENERGIES = re.compile(r"\s*(?:[TKE]\w*\s*[-+]\s*[VUE]\w*|[VU]\w*\s*\+\s*[TK]\w*)\s*")
+
+
+def without_arguments(side: str) -> str:
+    """A side of `=` without brackets at its end: `H` for `H(x, p)`."""
+    return re.sub(r"(?<=[\w'])\s*[(\[][^()\[\]]*[)\]]\s*\Z", "", side)
+
+
+def is_name(side: str) -> bool:
+    """Whether what stands left of `=` names one quantity: no number, product, sum, power or derivative.
+
+    Words are a name, and so is a letter with its arguments: `the slow rate`, `H(x, p)`.
+    """
+    side = slopes(side.replace("'", "")).strip(" |<>")  # `I'` is another inertia
+    side = without_arguments(side) if is_label(side) else side
+    try:
+        root = expressions(side, None, leading=False)[0]
+    except ExpressionError:
+        return is_label(side)
+    names = tree.names_in(root)
+    match root:
+        case tree.Name(name):
+            return not (_RUN_TOGETHER.fullmatch(name) or _RATE.fullmatch(name))
+        case tree.Product(factors) if all(isinstance(factor, tree.Name) for factor in factors):
+            return not all(map(_LETTER.fullmatch, names)) or not names.isdisjoint(_CHANGE)
+        case tree.Sum():
+            return _SUM_OF_ENERGIES.fullmatch(side) is not None
+    return False
