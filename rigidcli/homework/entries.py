@@ -23,11 +23,12 @@ from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Finding, KeySource, Tree, Unreadable
 from rigidcli.homework.numbers import (
+    CONTRADICTION,
     ROUNDING,
     SLIP,
     TypedNumber,
-    doubt,
     in_dimension,
+    no_name,
     read_numbers,
     readings_of,
     too_uncertain,
@@ -39,7 +40,7 @@ from rigidcli.language import tree
 from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
-from rigidcli.language.typed import last_member, undecorated
+from rigidcli.language.typed import SECOND_NAME, TWO_ANSWERS, is_name, last_member, undecorated
 
 Entry: TypeAlias = TypedNumber | tree.Node  # an entry of an answer: a number as it was typed, or a tree
 Right: TypeAlias = float | tree.Node  # an entry of a key: a number in SI units, or a tree
@@ -126,18 +127,33 @@ class Ruler:
         if not re.search(r"[=≈≃]|\\approx", str(typed)):
             return ""
 
-        def is_equal(others: Sequence[Entry]) -> bool:
-            if isinstance(entry, TypedNumber):
-                numbers = [each for each in others if isinstance(each, TypedNumber)]
-                sure = [each.value for each in numbers if not self.may_be_a_slip(each)]
-                return any(self.is_near(value, entry.value, entry.scale) for value in sure)
-            own = tree.names_in(entry)
-            return not all(
-                self.differ(each, entry) and not (isinstance(each, tree.Name) and each.name not in own)
-                for each in others
-            )
+        for place, member in enumerate(last_member(plain(undecorated(str(typed))))[1]):
+            own, shorter = self._values(member), SECOND_NAME.sub("", member)
+            second = self._values(shorter) if place and shorter != member else []
+            # the name behind it begins another answer, unless it is a unit of the same number
+            if second and own in ([], second) and not self._is_among(second, entry):
+                raise Unreadable("wrong_shape", TWO_ANSWERS)
+            if own and not self._is_among(own, entry):
+                return CONTRADICTION
+            if not own and place == 0 and member.strip() and not is_name(member):
+                return no_name(member)
+        return ""
 
-        return doubt(last_member(plain(undecorated(str(typed))))[1], self.readings, is_equal)
+    def _values(self, member: str) -> Sequence[Entry]:
+        """The readings of a member of a chain of equalities; none where it has none."""
+        with suppress(Unreadable):
+            return self.readings(member)
+        return []
+
+    def _is_among(self, others: Sequence[Entry], entry: Entry) -> bool:
+        """Whether one of these readings may be the entry; a name that does not occur in it only names it."""
+        if isinstance(entry, TypedNumber):
+            numbers = [each for each in others if isinstance(each, TypedNumber)]
+            sure = [each.value for each in numbers if not self.may_be_a_slip(each)]
+            return any(self.is_near(value, entry.value, entry.scale) for value in sure)
+        used = tree.names_in(entry)
+        only_names = any(isinstance(each, tree.Name) and each.name not in used for each in others)
+        return only_names or not all(self.differ(each, entry) for each in others)
 
     def may_be_a_slip(self, entry: Entry) -> bool:
         """Whether a number is right only as one of thousands, in another unit than the one that is asked."""

@@ -247,7 +247,7 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
         return [_moved(each, factor, unit) for each in entry]
     if isinstance(entry, dict):
         return {name: _moved(each, factor, unit) for name, each in entry.items()}
-    entry = f"({factor})*({entry})" if factor else entry
+    entry = _times(factor, entry) if factor else entry
     is_number = _NUMBER.fullmatch(entry) and not re.match(r"1\s*/\s*\d", unit)
     if unit.startswith(("/", "1")) and not is_number:  # a divisor; behind a number it may be a unit
         return f"({entry}){'*' * (unit[0] == '1')}{unit}"
@@ -304,9 +304,12 @@ def _separated(text: str) -> str:
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
     text = re.sub(r"\||<=?|[-=]?>", ";", text)
-    for sign in "/:":
-        pieces = text.rpartition("=")[2].strip("()[] ").split(sign)
-        if len(pieces) > 2 and all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces):
+    bare = text.rpartition("=")[2].strip("()[] ")
+    for sign in (" / ", "/", ":"):
+        pieces = bare.split(sign)
+        is_pair = len(pieces) == 2 and sign == " / " and not re.search(r"[()\[\]]", bare)
+        is_list = all(re.match(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)", piece) for piece in pieces)
+        if is_list and (len(pieces) > 2 or is_pair):
             return text.replace(sign, ";")
     return text
 
@@ -375,13 +378,13 @@ def _component(text: str, vector: str) -> str | None:
             return None
         if not inner:
             continue
-        sign, factor = "-" * before.startswith("-"), before.lstrip("+- ")
-        value = inner if _NUMBER.fullmatch(inner) else f"({inner})"
-        if factor:
-            value = factor if inner == "1" else f"({factor})*({inner})"
-        if behind.startswith("/"):
-            value += behind
-        elif behind:
-            value = behind.lstrip("*· ") if value == "1" else f"({value})*({behind.lstrip('*· ')})"
-        kept.append(sign + value)
+        divided = behind if behind.startswith("/") else ""
+        value = _times(before.lstrip("+- "), inner, "" if divided else behind.lstrip("*· "))
+        kept.append("-" * before.startswith("-") + value + divided)
     return f"({' + '.join(kept)})" if len(kept) > 1 else "".join(kept)
+
+
+def _times(*factors: str) -> str:
+    """The product of what is typed; a factor that stands alone, or beside ones, stays as it is."""
+    others = [factor for factor in factors if factor not in ("", "1")] or ["1"]
+    return others[0] if len(others) == 1 else "*".join(f"({factor})" for factor in others)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import islice, product
+from itertools import chain, islice, product
 from types import MappingProxyType
 from typing import Any
 
@@ -65,6 +65,9 @@ _AGAIN = re.compile(
     r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
     re.IGNORECASE,
 )
+_ROUNDED = re.compile(r"\s*(?:[≈≃]|\\approx(?!\w))\s*(?=[-+]?[\d.])")
+# A decimal point that is raised, as in `20·8`, and not the sign of a product, as in `2·10^3`.
+_RAISED_POINT = re.compile(r"(?<![\d·.,^*/])(\d+)·(?!10(?!\d))(\d+)(?![\d·.,^*⁰¹²³⁴-⁹])")
 # Words behind an answer that may take it back.
 _TAKEN_BACK = re.compile(rf"(?i)\b(?!no units?\b){said('not', 'wrong', 'or', 'doubt')}|\?")
 # What stands between a formula without units and its unit.
@@ -164,12 +167,12 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     text = str(answer)
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
-    exact, *rounded = re.split(r"\s*(?:[≈≃]|\\approx(?!\w))\s*(?=[-+]?[\d.])", text)
-    if len(rounded) == 1 and (equal := _rounded(exact, rounded[0], unit)):
+    if equal := _told_twice(text, unit, place):
         return equal
-    told = _AGAIN.split(text, maxsplit=2)
-    if len(told) == 2 and (equal := _told_twice(told[0], told[1], unit, place)):
-        return equal
+    point = _RAISED_POINT.sub(r"\1.\2", text)
+    if point != text:
+        ways = text.replace("·", "*"), point
+        return _those_read(lambda way: readings_of(way, unit, place), ways)
     try:
         last, _ = typed.last_member(plain(typed.undecorated(rewritten(text, _SIGNS))))
         last = rewritten(typed.undecorated(last), _AROUND).strip()
@@ -188,42 +191,32 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
 
 
-def _rounded(exact: str, rounded: str, unit: Unit | None) -> list[TypedNumber]:
-    """The readings of a number and of what it is rounded to, where it is: `3/8 ≈ 0.38`; else none."""
-    exacts, decimals = list[TypedNumber](), list[TypedNumber]()
-    for found, text in ((exacts, exact), (decimals, rounded)):
-        with suppress(Unreadable, ValueProblem):
-            found += [in_dimension(each, unit) for each in readings_of(text, unit)]
-    pairs = [
-        (one, other)
-        for one, other in product(exacts, decimals)
-        if other.figures > 1 and abs(one.value - other.value) <= other.half_a_digit * (1 + ROUNDING)
-    ]
-    return list(dict.fromkeys(number for pair in pairs for number in reversed(pair)))
+def _told_twice(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
+    """The readings of a value that is told again, or rounded: `3/8 ≈ 0.38`, `12.5 J (0.0125 kJ)`; else none.
 
-
-def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[TypedNumber]:
-    """The readings of a value that equal the one told behind it; none where one of the two is no value.
-
-    Raises Unreadable where both are values that differ.
+    Raises Unreadable where what is told again is another value.
     """
-    first, second = list[TypedNumber](), list[TypedNumber]()
-    for found, text in ((first, value), (second, again.rstrip(" )]"))):
-        with suppress(Unreadable, ValueProblem):
-            found += [in_dimension(each, unit) for each in readings_of(text, unit)]
-    equal = [one for one in first if any(_agree(one, other) for other in second)]
-    # Behind a bracket, a number without a unit may be a factor.
-    if first and not equal and any(other.unit is not None for other in second):
-        raise Unreadable("wrong_shape", typed.TWO_ANSWERS, place=place)
-    return equal
+    for between in (_ROUNDED, _AGAIN):
+        told, both = between.split(text, maxsplit=2), list[list[TypedNumber]]()
+        for part in told if len(told) == 2 else ():
+            both.append([])
+            with suppress(Unreadable, ValueProblem):
+                both[-1] += [in_dimension(each, unit) for each in readings_of(part.rstrip(" )]"), unit)]
+        pairs = [pair for pair in product(*both) if _agree(*pair)] if both else []
+        # Behind a bracket, a number without a unit may be a factor.
+        if between is _AGAIN and both and both[0] and not pairs and any(each.unit for each in both[1]):
+            raise Unreadable("wrong_shape", typed.TWO_ANSWERS, place=place)
+        if pairs:
+            return list(dict.fromkeys(chain.from_iterable(pairs)))
+    return []
 
 
 def _agree(one: TypedNumber, other: TypedNumber) -> bool:
     """Whether two numbers are the same within half a unit of their last figures."""
     if one.may_be_a_slip(other.scale) or other.may_be_a_slip(one.scale):
         return False
-    halves = (min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures)
-    return abs(one.value - other.value) <= (ROUNDING + sum(halves)) * max(abs(one.value), abs(other.value))
+    halves = sum(each.half_a_digit for each in (one, other) if each.figures > 1)
+    return abs(one.value - other.value) <= ROUNDING * abs(one.value) + (1 + ROUNDING) * halves
 
 
 def _variants(text: str) -> list[str]:
@@ -305,30 +298,6 @@ SLIP = "a point or comma is read as one between thousands, but it may be a decim
 CONTRADICTION = "the members of the chain of equalities are not equal"
 
 
-def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[[Any], bool]) -> str:
-    """Why a person must look at an answer behind `=`.
-
-    A member before it has another value, or the first is no name. Raises Unreadable where a second answer
-    begins.
-    """
-
-    def value(text: str) -> Any:
-        with suppress(Unreadable):
-            return read(text)
-
-    for place, member in enumerate(before):
-        own, shorter = value(member), typed.SECOND_NAME.sub("", member)
-        second = value(shorter) if place and shorter != member else None
-        # the name behind it begins another answer, unless it is a unit of the same number
-        if second is not None and own in (None, second) and not is_equal(second):
-            raise Unreadable("wrong_shape", typed.TWO_ANSWERS)
-        if own is not None and not is_equal(own):
-            return CONTRADICTION
-        if own is None and place == 0 and member.strip() and not typed.is_name(member):
-            return no_name(member)
-    return ""
-
-
 def no_name(side: str) -> str:
     """Why a person must look at an answer with this side left of `=`."""
     return f"what stands before `=` is no name: {shown(side.strip())}"
@@ -356,7 +325,7 @@ _MINUTES = rf"(?P<min>{typed.DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
 _SECONDS = rf"(?P<sec>{typed.DECIMAL})\s*(?:\"|″|''|”|arcsec)"
 # Signs of units, ratios, mixed fractions and powers of ten, and their plain forms.
 _SIGNS = rules(
-    (r"\A\s*(\d+(?:[.,]\d+)?)(?::| : )(\d)\s*\Z", r"\1/\2"),
+    (r"\A\s*(\d+(?:[.,]\d+)?)(?::| : | to )(\d)\s*\Z", r"\1/\2"),
     (r"(?<=\d)~(?=[A-Za-z\\])", " "),  # the blank of LaTeX
     (r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°"),
     (r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e"),  # 1*^3 in Mathematica, 1d3 in Fortran
@@ -493,6 +462,8 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     own = set() if expected is None else set(units.names_of_units(expected.text))
     try:
         found = units.unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+        if expected and expected.dimension.angle and re.fullmatch(r"1\s*/\s*min|min\^-1", text):
+            found.append(parse_unit("rpm"))  # what turns is counted
         is_behind_in = re.match(r"\(?in ", text)  # `in kg m^2`, and inches
         return [*found, *read_units(text.replace("in ", "", 1), expected, place)] if is_behind_in else found
     except ValueProblem as problem:
@@ -547,6 +518,8 @@ def scale_in(unit: Unit, asked: Unit) -> float:
         if other.dimension == turning and other.pi_power == turning.angle != 0:
             return unit.scale * (2 * math.pi) ** (sign * turning.angle)
     is_hertz = expected.cycle and given == expected._replace(cycle=0)
+    if given == expected._replace(angle=-1) and unit.pi_power == -1:
+        return unit.scale * 2 * math.pi  # a period is a time for each turn: `s/cycle`
     if not is_hertz and (given, expected) != (ANGLE, DIMENSIONLESS):
         check_dimension(unit.text, given, expected)
     return unit.scale

@@ -154,7 +154,7 @@ def spellings(
     pairs = [*in_other_letters(names)]
     pairs += [(other, name) for other in ("p", "P") for name in momenta if len(momenta) == 1]
     for q, p in zip(coordinates, momenta, strict=False):
-        pairs += [(f"P_{q}", p), (f"p_{q.capitalize()}", p), (f"p_{q}", p)]
+        pairs += [(f"P_{q}", p), (f"p_{q.capitalize()}", p), (f"p_{q}", p), (f"p_{q[0]}", p)]
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
