@@ -10,12 +10,12 @@ A name before the value is no doubt, nor are words that only announce it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 
-from rigidcli.errors import ExpressionError, ValueProblem, shown
-from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.numbers import no_name, scale_in
+from rigidcli.errors import ExpressionError, shown
+from rigidcli.fields.units import Unit
+from rigidcli.homework.numbers import UNITS_OF, fits, no_name
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import (
     LONGEST_DECORATED,
@@ -27,7 +27,7 @@ from rigidcli.language.typed import (
     undecorated,
     without_arguments,
 )
-from rigidcli.language.words import said, table
+from rigidcli.language.words import said
 
 # --- words ahead of the value
 
@@ -70,33 +70,15 @@ def _chains(text: str) -> list[list[str]]:
     return []
 
 
-def _is_told_twice(chains: Sequence[Sequence[str]]) -> bool:
-    """Whether a name with an index has two values: `L_x = 0, L_x = 2`; for `I = 2, I = 3` it has none."""
-    values = dict[str, str]()
-    for name, *_, value in chains:
-        own = value.strip(" .,;")
-        is_single = re.fullmatch(r"\s*[^\W\d_]+(?:\d|_[^\W_]+)\s*", name) and not re.search(r"[,(\[]", own)
-        if is_single and values.setdefault(name.strip(), own) != own:
-            return True
-    return False
-
-
 def doubt_of_sides(text: str, is_right: Callable[[str], bool]) -> str:
     """Why a person must look at a list for what stands left of `=`, where that must be a name.
 
     The list itself may stand there, too: `is_right`.
     """
-    chains = _chains(told_apart(text)[0])
-    for side, *_ in chains:
+    for side, *_ in _chains(told_apart(text)[0]):
         if side.strip() and not (is_name(side) or divisor(side) or is_right(side)):
             return no_name(side)
-    return "two values of the same name" if _is_told_twice(chains) else ""
-
-
-# The units of quantities by the names that usually have no other meaning.
-_UNITS = {
-    name: units.split("|") for units, names in table(__file__, "quantities.csv") for name in names.split()
-}
+    return ""
 
 
 def doubt_of_name(text: str, unit: Unit) -> str:
@@ -105,12 +87,9 @@ def doubt_of_name(text: str, unit: Unit) -> str:
     *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
     side = re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side))
     name = next(reversed(re.findall(r"[^\W\d_]+", side)), "") if is_label(side) else ""
-    units = _UNITS.get(name) or _UNITS.get(name.lower() * (len(name) > 1), [])
-    for each in units:
-        with suppress(ValueProblem):
-            scale_in(parse_unit(each), unit)
-            return ""
-    return f"this is the name of another quantity: {shown(name)}" if units else ""
+    units = UNITS_OF.get(name) or UNITS_OF.get(name.lower() * (len(name) > 1), [])
+    is_other = units and not any(fits(each, unit) for each in units)
+    return f"this is the name of another quantity: {shown(name)}" if is_other else ""
 
 
 # --- definitions behind an answer

@@ -171,7 +171,7 @@ def _entries(text: str, is_square: bool = False) -> Any:
     if pairs and all(len(pair) == 2 and re.fullmatch(r"[^\W\d][\w ]*", pair[0]) for pair in pairs):
         named = dict(pairs)
         for name, value in pairs:
-            if value != named[name] and re.search(r"_\w+\Z", name):  # L_x = 0, L_x = -2: one is another
+            if value != named[name] and re.search(r"_\w+\Z|\d\Z", name):  # L_x = 0, L_x = -2: one is another
                 raise Unreadable("duplicate_key", f"read {shown(name)} twice")
         return named if len(named) == len(pairs) else [value for _, value in pairs]
     if len(pieces) == 1:

@@ -444,6 +444,38 @@ def _of_root(root: tree.Node, unit: Unit | None) -> list[TypedNumber]:
 
 # --- units
 
+# The units of quantities by the names that usually have no other meaning.
+UNITS_OF = {
+    name: [parse_unit(unit) for unit in several.split("|")]
+    for several, names in table(__file__, "quantities.csv")
+    for name in names.split()
+}
+
+
+def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
+    """Whether a formula may have one of these units, if its letters are the quantities that they usually are.
+
+    A letter that the table lacks may be anything.
+    """
+    usual = {name: UNITS_OF.get(name.rstrip("_0123456789"), []) for name in tree.names_in(formula)}
+    if not all(usual.values()):
+        return True
+    for choice in islice(product(*usual.values()), MOST_SPELLINGS):
+        dimensions = {name: unit.dimension for name, unit in zip(usual, choice, strict=True)}
+        with suppress(ValueProblem):  # of a sum of different dimensions, or another unit
+            if (own := dimension_of(formula, dimensions)) is None:
+                return True
+            if any(fits(unit, Unit("", Fraction(1), 0, own)) for unit in units):
+                return True
+    return False
+
+
+def fits(unit: Unit, asked: Unit) -> bool:
+    """Whether a quantity in a unit may be given where one in another unit is asked."""
+    with suppress(ValueProblem):
+        return scale_in(unit, asked) > 0
+    return False
+
 
 def read_units(text: str, expected: Unit | None = None, place: str = "") -> list[Unit]:
     """The readings of a unit: `ms` is a millisecond, and a metre times a second.

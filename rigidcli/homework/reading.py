@@ -22,10 +22,11 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.document.parameters import TIME, read_name
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
+from rigidcli.fields.units import Unit
 from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import read_list
-from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
+from rigidcli.homework.numbers import advice, may_be_in, read_units, readings_of, taken_back
 from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
@@ -187,7 +188,7 @@ def read_expressions(
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
     text, first = undecorated(str(answer)) if leading else str(answer), None
-    for part in chain([text], _without_tail(text, names)):
+    for part, _ in chain([(text, [])], _without_tail(text, names)):
         try:
             found = typed.expressions(part, None if names is None else names.words, leading=leading)
             return found if names is None else [_worked_out(node, names) for node in found]
@@ -220,8 +221,8 @@ _SURE_UNIT = re.compile(
 )
 
 
-def _without_tail(text: str, names: Names | None) -> Iterator[str]:
-    """The formula without a unit or a remark that may stand behind it, for each blank in turn.
+def _without_tail(text: str, names: Names | None) -> Iterator[tuple[str, list[Unit]]]:
+    """The formula without a unit or a remark that may stand behind it, with the unit, for each blank in turn.
 
     First come units for sure that begin with no letter of the question: of `M h^2 kg m^2`, `h^2` is no unit.
     """
@@ -240,8 +241,19 @@ def _without_tail(text: str, names: Names | None) -> Iterator[str]:
         are_names = letters.issuperset(re.sub(r"[\W\d_]", "", tail.casefold()))
         is_unit = _SURE_UNIT.search(tail) or (re.search("[/^]", tail) and not are_names)
         with suppress(Unreadable, ExpressionError):
-            if is_remark or (is_unit and read_units(without_latex(tail))):
-                yield text[: blank.start()]
+            units = read_units(without_latex(tail)) if is_unit and not is_remark else []
+            if units or is_remark:
+                yield text[: blank.start()], units
+
+
+def odd_unit(answer: str, names: Names) -> str:
+    """The unit behind a formula that cannot have it, if its letters are what they usually are; else empty."""
+    text = undecorated(answer)
+    for part, units in chain([(text, list[Unit]())], _without_tail(text, names)):
+        with suppress(ExpressionError):
+            formula = typed.expressions(part, names.words)[0]
+            return "" if not units or may_be_in(units, formula) else text[len(part) :].strip()
+    return ""
 
 
 # --- without a question
