@@ -99,7 +99,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
         is_archive = path.suffix.lower() == ARCHIVE and not is_folder
         if is_folder or is_archive:
             folder = scratch / str(group) if is_archive else path
-            if is_archive and not _unpacked(path, folder, CLASS, batch):
+            if is_archive and _unpacked(path, folder, CLASS, batch) is None:
                 continue
             places = _below(folder, path, group, scratch / f"{group}-within", batch)
             if len(paths) > 1:
@@ -134,17 +134,15 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 def _below(folder: Path, path: Path, group: int, scratch: Path, batch: Batch) -> list[HandedFile]:
     """The places in a folder, and in the archives there; reports call the folder `path`."""
     found = {place: [place] for place in _listed(folder, path, group, (), batch)}
-    packed = dict[HandedFile, int]()
-    for place in found:
-        if place.file.suffix.lower() == ARCHIVE and place.file.is_file() and not place.file.is_symlink():
-            with suppress(*BROKEN), zipfile.ZipFile(place.file) as archive:
-                packed[place] = sum(info.file_size for info in archive.infolist())
+    named = [place for place in found if ending(place.file.name) == ARCHIVE]
+    archives = [each for each in named if first_bytes(each.file) and zipfile.is_zipfile(each.file)]
     left = CLASS.bytes
     # The smallest come first, so that no large one takes the room of others.
-    for number, place in enumerate(sorted(packed, key=packed.__getitem__)):
+    for number, place in enumerate(sorted(archives, key=lambda place: place.file.stat().st_size)):
         within = scratch / str(number)
-        if left > 0 and _unpacked(place.file, within, HAND_IN, batch, place.source):
-            left -= min(packed[place], HAND_IN.bytes)
+        taken = _unpacked(place.file, within, HAND_IN, batch, place.source) if left > 0 else None
+        if taken is not None:
+            left -= taken
             way = (*place.way, place.file.name)
             found[place] = _listed(within, path.joinpath(*way), group, way, batch) or [place]
     return [place for places in found.values() for place in places]
@@ -224,8 +222,8 @@ _DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")  # on W
 BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError, ValueError, EOFError)
 
 
-def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
-    """Unpack an archive into a folder, note what is left out, and return whether it could be opened.
+def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> int | None:
+    """Unpack an archive into a folder, note what is left out, and return its bytes; None if it is broken.
 
     An archive that is handed in has the name `source`. Of entries with one name the smallest stays.
     """
@@ -236,15 +234,12 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
     except BROKEN as error:
         reason = getattr(error, "strerror", None) or printable(str(error))
         batch.trouble(place, f"cannot be read as a zip: {reason}", is_whole=bool(source))
-        return False
+        return None
     with archive:
         named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
-        named = [
-            (parts, info) for parts, info in named if not any(each.startswith(HIDDEN_NAMES) for each in parts)
-        ]
+        named = [each for each in named if not any(part.startswith(HIDDEN_NAMES) for part in each[0])]
         # The smallest come first, so that no large one takes the room of others.
-        named.sort(key=lambda each: each[1].file_size)
-        for number, (parts, info) in enumerate(named):
+        for number, (parts, info) in enumerate(sorted(named, key=lambda each: each[1].file_size)):
             if number >= bounds.files or left <= 0:
                 message = f"{len(named) - number:,} files are left out: the archive is too large"
                 batch.trouble(place, message, is_whole=bool(source))
@@ -266,7 +261,7 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
                 elif isinstance(error, OSError | ValueError):
                     reason = getattr(error, "strerror", None) or str(error)
                 batch.trouble(place, f"`{shortened(printable('/'.join(parts)))}` is left out: {reason}")
-    return True
+    return bounds.bytes - left
 
 
 def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
