@@ -42,6 +42,7 @@ from rigidcli.homework.reading import (
 from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
+from rigidcli.language.words import said
 from rigidcli.mechanics.phase_space import linear
 
 # The equations that can be read, and what is wrong with the others.
@@ -465,8 +466,10 @@ _RATE_IS_ZERO = re.compile(
     r"(?m)^\s*(?:d\s*/\s*dt|\\d?frac\{\s*(?:\\mathrm\{d\}|d)\s*\}\{\s*(?:\\mathrm\{d\}|d)\s*t\s*\})\s*"
     r"(?:\\left)?[(\[](?P<of>[^=\n]*?)(?:\\right)?[)\]]\s*=\s*0\s*$"
 )
-_CONSTANT = r"(?:conserved|conservée?|conservad[ao]|erhalten|konst(?:ant)?|const(?:ant)?e?|cst|cte)\b\.?"
-_IS_CONSERVED = re.compile(rf"(?im)\s*(?:=|\b(?:is|are|ist|est|es)\b)\s*(?:a |eine? |une )?{_CONSTANT}\s*$")
+_IS_CONSERVED = re.compile(
+    rf"(?im)\s*(?:=|\b{said('is')})\s*(?:{said('a')}\s)?"
+    rf"(?:{said('constant')}|(?:cst|conserved|conservée?|conservad[ao]|erhalten)\b)\.?\s*$"
+)
 NOTHING_NEW = "it is a function of H, of the momenta that are conserved, or of the other quantities"
 
 

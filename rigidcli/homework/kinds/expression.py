@@ -26,6 +26,7 @@ from rigidcli.homework.reading import names_of, read_expression, read_expression
 from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import ZERO, Name, Negative, Node, Number, Product, Sum, bound, names_in
+from rigidcli.language.words import said
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")  # last names of results to which a constant may be added
 FACTOR_ERROR = 1e-12  # the relative error of a factor that is read from the values of formulas
@@ -83,7 +84,7 @@ class ExpressionKind(AnswerKind):
 
     def read(self, key: FormulaKey, answer: Tree) -> ReadAnswer:
         if key.constant and isinstance(answer, str):
-            answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
+            answer = re.sub(rf"\s*\+\s*(?:{said('constant')}|cst)\.?\s*\Z", "", answer)
         several = read_expressions(answer, key.formulas.names)
         node = chosen(several, lambda each: self.is_right(key, each) or key.same(each))
         why = Ruler(Tolerance(), formulas=key.formulas).doubt(answer, node)
