@@ -158,7 +158,7 @@ def _exact(formulas: FormulaComparison, node: Node) -> Expr:
 
 
 class _AtPoint(Enum):
-    """What an answer and its key are at a point."""
+    """What is found of an answer and its key at a point, or of their change between two."""
 
     LEFT_OUT = "the key has no value there, or the conditions of the question do not hold"
     LOST = "the answer has no value there"
@@ -171,7 +171,7 @@ class _AtPoint(Enum):
 class _Comparison:
     """An answer and its key, in independent names, at the points that follow from both.
 
-    They are the same at the points `agreeing`.
+    At the points `agreeing` they were found to be the same.
     """
 
     def __init__(
@@ -307,7 +307,8 @@ class _Comparison:
     def lost(self, node: Node, some: Sequence[Node], point: Point) -> tuple[Node, ...]:
         """Those of some terms or arguments that are lost at a point, or that may be any number."""
         values = {part: self.value(point, part) for part in tree.operands(node)}
-        largest = max(map(abs, values.values())) if isinstance(node, tree.Sum) else 1
+        sizes = [value.abs_upper() for value in values.values()]
+        largest = max(sizes) if isinstance(node, tree.Sum) else 1
         return tuple(part for part in some if not _is_seen(part, values[part], largest))
 
     def one_sided(self) -> str:
