@@ -261,7 +261,7 @@ def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
     roots = {a for a, n in powered if isinstance(a, Group) and len(a.inner.terms) > 1 and n < 0}
     for root in sorted(roots, key=lambda atom: atom.key):
         powers = {dict(m).get(root, 0) for m in e.terms}
-        low = min(powers)
+        low = min(powers, default=0)  # without terms where the sum has come to zero
         if low.denominator > 1 and len(powers) > 1 and all((n - low).denominator == 1 for n in powers):
             whole = total(
                 gathered(c, {a: n for a, n in m if a is not root}) * root.inner ** (dict(m)[root] - low)
