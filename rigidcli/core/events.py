@@ -6,6 +6,7 @@ it cannot pass zero and come back unseen. Each pass is then narrowed down by the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,10 +16,15 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import Solution
 
-LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated.
-VALLEY_ROUNDS = 7  # Rounds in which a minimum of the size is narrowed down, each 8 times.
-# Rounds in which a pass is narrowed down, and by how much in each: to the rounding of the time, all in all.
-ROUNDS_TO_A_ZERO, PARTS_OF_A_ROUND = 17, 8
+# Times in each step at which the function is evaluated; and in a step of the pair at a small tolerance, in
+# which hardly anything turns.
+LOOKS_IN_A_STEP, LOOKS_IN_A_SHORT_STEP = 16, 4
+SMALL_TOLERANCE = 1e-11
+# Rounds in which a minimum of the size is narrowed down, and looks in each: 8 times.
+VALLEY_ROUNDS, VALLEY_LOOKS = 7, 16
+# Bits of the time by which a pass is narrowed down, and the times at which that is done at once at least:
+# calls of numpy take longer than the arithmetic of fewer.
+BITS_OF_A_PASS, LOOKS_AT_ONCE = 52, 64
 
 
 class Events(NamedTuple):
@@ -44,8 +50,10 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
         flat = times.ravel()
         return function(flat, solution.at(flat)).reshape(times.shape)
 
-    knots = solution.knots
-    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS_IN_A_STEP) / LOOKS_IN_A_STEP
+    knots, looks = solution.knots, LOOKS_IN_A_STEP
+    if solution.engine == "runge-kutta" and solution.tolerance <= SMALL_TOLERANCE:
+        looks = LOOKS_IN_A_SHORT_STEP
+    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(looks) / looks
     grid = np.append(inside.ravel(), knots[-1])
     at = values(grid)
     finite = np.isfinite(at)
@@ -92,11 +100,11 @@ def valleys(
     low, high = grid[np.maximum(places - 1, 0)], grid[np.minimum(places + 1, len(grid) - 1)]
     every, least, depth = np.arange(len(places)), grid[places], sizes[places]
     for _ in range(VALLEY_ROUNDS if len(places) else 0):
-        times = np.linspace(low, high, LOOKS_IN_A_STEP + 1, axis=-1)
+        times = np.linspace(low, high, VALLEY_LOOKS + 1, axis=-1)
         inner = np.nan_to_num(values(times) * signs[places, None], nan=np.inf)
         best = inner.argmin(axis=1)
         least, depth = times[every, best], inner[every, best]
-        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, LOOKS_IN_A_STEP)]
+        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, VALLEY_LOOKS)]
     return places, least, depth
 
 
@@ -105,11 +113,10 @@ def _narrowed(values: Callable[[Floats], Floats], low: Floats, high: Floats, fir
 
     Of the two neighbouring floats, it is the one where the function is nearer to zero.
     """
-    every = np.arange(len(low))
-    for _ in range(ROUNDS_TO_A_ZERO if len(low) else 0):
-        times = np.linspace(low, high, PARTS_OF_A_ROUND + 1, axis=-1)
-        is_beyond = ~(values(times) * first[:, None] > 0)
-        is_beyond[:, 0], is_beyond[:, -1] = False, True
-        place = is_beyond.argmax(axis=1)
-        low, high = times[every, place - 1], times[every, place]
+    every, parts = np.arange(len(low)), max(2, LOOKS_AT_ONCE // max(1, len(low)))
+    for _ in range(math.ceil(BITS_OF_A_PASS / math.log2(parts)) if len(low) else 0):
+        times = np.linspace(low, high, parts + 1, axis=-1)
+        is_before = values(times[:, 1:-1]) * first[:, None] > 0
+        place = np.column_stack([is_before, np.zeros(len(low), bool)]).argmin(axis=1)
+        low, high = times[every, place], times[every, place + 1]
     return np.where(np.abs(values(low)) < np.abs(values(high)), low, high)
