@@ -7,10 +7,14 @@ from collections.abc import Callable, Sequence
 from itertools import combinations_with_replacement
 from typing import TypeAlias
 
+import numpy as np
+
+from rigidcli.algebra.arithmetic import EXACT, tidy_array
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
+from rigidcli.core.arithmetic import echelon
 from rigidcli.errors import ExpressionError
 
 Matrix: TypeAlias = Sequence[Sequence[Expr]]
@@ -119,44 +123,25 @@ def short_determinant(matrix: Matrix) -> Expr:
 
 def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
     """The inverse of numbers times one expression; None if it is not that."""
-    size = range(len(matrix))
+    size = len(matrix)
     unit = next(entry for row in matrix for entry in row if not entry.is_zero)
-    rows = [
-        [*(entry / unit for entry in row), *(ONE if i == j else ZERO for j in size)]
-        for i, row in enumerate(matrix)
-    ]
-    are_numbers = all(entry.as_number is not None for row in rows for entry in row)
-    if not are_numbers or len(_eliminate(rows, len(rows))) < len(rows):
+    rows = np.array([[entry / unit for entry in row] for row in matrix], dtype=object)
+    if any(entry.as_number is None for entry in rows.flat):
         return None
-    return [[entry / unit for entry in row[len(matrix) :]] for row in rows]
-
-
-def _eliminate(rows: list[list[Expr]], columns: int) -> list[int]:
-    """Bring rows to the reduced echelon form in their first columns; those that have pivots."""
-    pivots: list[int] = []
-    for column in range(columns):
-        place = len(pivots)
-        pivot = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
-        if pivot is None:
-            continue
-        rows[place], rows[pivot] = rows[pivot], rows[place]
-        head = rows[place] = [tidy(entry / rows[place][column]) for entry in rows[place]]
-        for k, row in enumerate(rows):
-            c = row[column]
-            if k != place and not c.is_zero:
-                rows[k] = [a if b.is_zero else tidy(a - c * b) for a, b in zip(row, head, strict=True)]
-        pivots.append(column)
-    return pivots
+    reduced, pivots = echelon(np.hstack([rows, np.eye(size, dtype=int)]), size, n=EXACT)
+    if pivots != [*range(size)]:
+        return None
+    return [[entry / unit for entry in row] for row in reduced[:, size:].tolist()]
 
 
 def null_vectors(matrix: Matrix) -> list[list[Expr]]:
     """Vectors that span what the matrix (m by n) takes to zero, by elimination; entries are tidied."""
-    rows, size = [list(row) for row in matrix], len(matrix[0])
-    pivots = _eliminate(rows, size)
+    rows = tidy_array(np.array(matrix, dtype=object))
+    reduced, pivots = echelon(rows, min(rows.shape), n=EXACT)
     vectors = []
-    for free in (column for column in range(size) if column not in pivots):
-        vector = [ONE if column == free else ZERO for column in range(size)]
-        for row, column in zip(rows, pivots, strict=False):
+    for free in (column for column in range(rows.shape[1]) if column not in pivots):
+        vector = [ONE if column == free else ZERO for column in range(rows.shape[1])]
+        for row, column in zip(reduced, pivots, strict=False):
             vector[column] = -row[free]
         vectors.append(vector)
     return vectors
