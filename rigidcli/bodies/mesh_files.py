@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.bodies import mesh_geometry as geometry
-from rigidcli.bodies.mesh_geometry import Surface, require_indices
+from rigidcli.bodies.mesh_geometry import Surface
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
@@ -320,11 +320,11 @@ def _work(path: Path) -> bytes:
         shown_as = [scene.graph.get(node)[1] for node in scene.graph.nodes_geometry]
         surfaces = [scene.geometry[name] for name in shown_as if hasattr(scene.geometry[name], "faces")]
         for surface in surfaces:
-            require_indices(surface.faces, len(surface.vertices), path)
-        faces = scene.to_mesh().triangles if surfaces else np.empty((0, 3, 3))
-        return READ + np.asarray(faces, dtype=np.float64).tobytes()
-    except ValueProblem as problem:
-        return problem.message.removeprefix(f"{path}: ").encode()
+            faces, count = surface.faces, len(surface.vertices)
+            for wrong in faces[(faces < 0) | (faces >= count)][:1]:
+                return f"a face has the vertex {wrong:,} (counted from 0), and there are {count:,}".encode()
+        triangles = scene.to_mesh().triangles if surfaces else np.empty((0, 3, 3))
+        return READ + np.asarray(triangles, dtype=np.float64).tobytes()
     except MemoryError:
         return b""
     except Exception as error:  # noqa: BLE001 - whatever it is, nothing can be made of the file

@@ -14,14 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.errors import ValueProblem
 
 Keys: TypeAlias = NDArray[np.uint64]
 
@@ -53,13 +51,6 @@ SQUARES_OF_SIDE = 500
 
 
 # --- the vertices and the edges
-
-
-def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
-    """Raise ValueProblem where a face has a vertex that is none of so many."""
-    for wrong in corners[(corners < 0) | (corners >= count)][:1]:
-        read = f"a face has the vertex {wrong:,} (counted from 0)"
-        raise ValueProblem(f"{path}: {read}, and there are {count:,}")
 
 
 def blocks(corners: Floats) -> Iterator[Floats]:
