@@ -57,26 +57,31 @@ class Peaks(NamedTuple):
     bound: Mask
 
     def unseen(self, low: Floats, size: Floats) -> Mask:
-        """The sides of boxes, of these corners and sides (all d by n), that are too long to see a peak."""
+        """The longest side of each box that is blind to a peak, of those to which the peak is bound.
+
+        The boxes have these corners and sides (all d by n).
+        """
         sides = np.zeros(size.shape, dtype=bool)
         first, last = (edge[:, :, None] for edge in (low - NEAR_PEAK * size, low + (1 + NEAR_PEAK) * size))
         within = (first <= self.places[:, None]) & (self.places[:, None] <= last)
-        box, peak = (within | ~self.bound[:, None]).all(axis=0).nonzero()
+        # Pairs of a box and a peak near it, which is at the middle of the box where it is not bound.
+        box, peak = np.nonzero(np.all(within | ~self.bound[:, None], axis=0))
         if not box.size:
             return sides
-        bound, (some, place) = self.bound[:, peak], np.unique(box, return_inverse=True)
+        bound, (near, place) = self.bound[:, peak], np.unique(box, return_inverse=True)
         tops = self.height(np.where(bound, self.places[:, peak], (low + size / 2)[:, box]))
         nodes, _ = product_rule([gauss(NODES_OF_SIDE)] * len(low))
-        inside = low[:, some, None] + size[:, some, None] * nodes[:, None]
-        seen = self.height(inside.reshape(len(low), -1)).reshape(some.size, len(nodes.T)).max(axis=1)
+        inside = low[:, near, None] + size[:, near, None] * nodes[:, None]
+        seen = self.height(inside.reshape(len(low), -1)).reshape(near.size, len(nodes.T)).max(axis=1)
         is_blind = tops > UNSEEN_RISE * seen[place]
         np.logical_or.at(sides.T, box[is_blind], bound[:, is_blind].T)
-        return sides
+        lengths = np.where(sides, size, 0.0)
+        return np.asarray(sides & (lengths == lengths.max(axis=0)))
 
 
 class Boxes(NamedTuple):
-    """Boxes, one a column: lower corner, sides, an error indicator a side, and whether it is too long to see
-    a peak (all d by n); integrals (c by n)."""
+    """Boxes, one a column: lower corner, sides, an error indicator a side, and whether a peak is not seen for
+    the length of it (all d by n); integrals (c by n)."""
 
     low: Floats
     size: Floats
@@ -94,13 +99,6 @@ class Boxes(NamedTuple):
         halves = _in_boxes(runs, peaks, low, size, INHERITED * indicator)
         parts = zip(self, halves, strict=True)
         return Boxes(*(np.hstack([np.delete(old, chosen, 1), new]) for old, new in parts))
-
-    def urgency(self) -> Floats:
-        """The indicators: zero for the shortest sides, AT_ONCE for the longest one that is too long."""
-        indicator = np.where(self.size > SHORTEST, self.indicator, 0.0)
-        long = np.where(self.unseen, self.size, 0.0)
-        indicator[self.unseen & (long == long.max(axis=0, initial=0.0))] = AT_ONCE
-        return indicator
 
 
 def integral(
@@ -134,7 +132,8 @@ def integral(
     used = points * boxes.low.shape[1]
     while True:
         one, two = boxes.first.sum(axis=1), boxes.second.sum(axis=1)
-        indicator = boxes.urgency()
+        indicator = np.where(boxes.size > SHORTEST, boxes.indicator, 0.0)
+        indicator[boxes.unseen] = AT_ONCE
         worst = indicator.max(axis=0, initial=0.0)
         with np.errstate(all="ignore"):
             error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))

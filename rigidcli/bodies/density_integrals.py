@@ -38,13 +38,11 @@ if TYPE_CHECKING:
 # Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
 POINTS_OF_NET = 13
 SEARCHES_FROM_NET = 8  # points of the net from which the least value is searched for, by halved steps
-SEARCHES_FOR_RIDGE = 100  # searches from random places for a ridge: one may miss it, hardly all
+SEARCHES_FROM_ANYWHERE = 100  # such searches from random places: one may miss a ridge, hardly all
 # The quantile of the heights on a net that counts as the usual height of a function with ridges.
 USUAL_QUANTILE = 0.95
 RISE_OF_PEAK = 5.0  # a function has a peak where it is this many times its usual height
-LAST_STEP = 1e-8  # the last step of a search for a peak: shorter than peaks that count
-# The last step of a search for the least value of a polynomial, which is then right to 1e-12.
-LAST_STEP_OF_POLYNOMIAL = 1e-6
+LAST_STEP = 1e-8  # the last step of a search, in units of the box: shorter than peaks that count
 STEP_FROM_POINT = 1e-6  # how far beside a point without a value a density is looked at, in units of the box
 # The highest degree of a polynomial for which a product rule is small: 23 by 46 by 38 nodes in a ball.
 HIGHEST_DEGREE = 30
@@ -250,20 +248,19 @@ class ChartPart:
         with np.errstate(invalid="ignore"):  # where a density without bounds meets a vanishing measure
             return density * measure, place
 
-    def extremes(self, node: tree.Node, sign: int, start: Floats | None = None) -> Floats:
-        """Points at which a part of the formula is least (1) or largest (-1), by searches from `start`.
+    def extremes(self, node: tree.Node, sign: int) -> Floats:
+        """Points at which a part of the formula is least (1) or largest (-1), by searches.
 
-        Without it they begin at the best points of the net.
+        They begin at the best points of the net, and at random ones.
         """
 
         def height(points: Floats) -> Floats:
             return np.nan_to_num(sign * self.value(node, points))
 
-        if start is None:
-            best = np.argsort(height(self.net), kind="stable")
-            start = self.net[:, best[:SEARCHES_FROM_NET]]
-        last = LAST_STEP if self.degree is None else LAST_STEP_OF_POLYNOMIAL
-        return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), last)
+        best = np.argsort(height(self.net), kind="stable")[:SEARCHES_FROM_NET]
+        others = np.random.default_rng(1).random((len(self.net), SEARCHES_FROM_ANYWHERE))
+        start = np.hstack([self.net[:, best], others])
+        return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), LAST_STEP)
 
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
         """The integrals (10) of the density times products of 1, x, y, z, and their error.
@@ -298,8 +295,8 @@ class ChartPart:
 
         No kinks are given where a peak is higher than all of a net.
         """
-        chance, is_high = np.random.default_rng(1), False
         kinks, places, bound = list[cubature.Function](), [self.net[:, :0]], [self.net[:, :0] > 0]
+        is_high = False
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
@@ -311,15 +308,12 @@ class ChartPart:
             # A net that misses places such as 0, 1/2 and 1, where people put peaks.
             usual = self._heights(function, 0.0137 + 0.9683 * self.net)
             of_peak, of_ridge = (RISE_OF_PEAK * np.quantile(usual, share) for share in (1, USUAL_QUANTILE))
-            for sign, points in zip((1, -1), ends, strict=True):
+            for points in ends:
                 self.density(points)  # which is refused where it is negative in a narrow place
-                highest = self._heights(function, points).max()
-                is_high |= highest > of_peak
-                if highest > of_ridge:
-                    start = chance.random((len(points), SEARCHES_FOR_RIDGE))
-                    points = np.hstack([points, self.extremes(node, sign, start)])
-                    places.append(points[:, self._heights(function, points) > of_ridge])
-                    bound.append(self._is_bound(function, places[-1]))
+                heights = self._heights(function, points)
+                is_high |= heights.max() > of_peak
+                places.append(points[:, heights > max(of_ridge, heights.max() / RISE_OF_PEAK)])
+                bound.append(self._is_bound(function, places[-1]))
         peaks = Peaks(partial(self._heights, self.root), np.hstack(places), np.hstack(bound))
         return [] if is_high else kinks, peaks
 
