@@ -16,12 +16,8 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import Solution
 
-# Times in each step at which the function is evaluated; and in a step of the pair at a small tolerance, in
-# which hardly anything turns.
-LOOKS_IN_A_STEP, LOOKS_IN_A_SHORT_STEP = 16, 4
-SMALL_TOLERANCE = 1e-11
-# Rounds in which a minimum of the size is narrowed down, and looks in each: 8 times.
-VALLEY_ROUNDS, VALLEY_LOOKS = 7, 16
+LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated.
+VALLEY_ROUNDS = 7  # Rounds in which a minimum of the size is narrowed down, each 8 times.
 # Bits of the time by which a pass is narrowed down, and the times at which that is done at once at least:
 # calls of numpy take longer than the arithmetic of fewer.
 BITS_OF_A_PASS, LOOKS_AT_ONCE = 52, 64
@@ -50,10 +46,8 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
         flat = times.ravel()
         return function(flat, solution.at(flat)).reshape(times.shape)
 
-    knots, looks = solution.knots, LOOKS_IN_A_STEP
-    if solution.engine == "runge-kutta" and solution.tolerance <= SMALL_TOLERANCE:
-        looks = LOOKS_IN_A_SHORT_STEP
-    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(looks) / looks
+    knots = solution.knots
+    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS_IN_A_STEP) / LOOKS_IN_A_STEP
     grid = np.append(inside.ravel(), knots[-1])
     at = values(grid)
     finite = np.isfinite(at)
@@ -100,11 +94,11 @@ def valleys(
     low, high = grid[np.maximum(places - 1, 0)], grid[np.minimum(places + 1, len(grid) - 1)]
     every, least, depth = np.arange(len(places)), grid[places], sizes[places]
     for _ in range(VALLEY_ROUNDS if len(places) else 0):
-        times = np.linspace(low, high, VALLEY_LOOKS + 1, axis=-1)
+        times = np.linspace(low, high, LOOKS_IN_A_STEP + 1, axis=-1)
         inner = np.nan_to_num(values(times) * signs[places, None], nan=np.inf)
         best = inner.argmin(axis=1)
         least, depth = times[every, best], inner[every, best]
-        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, VALLEY_LOOKS)]
+        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, LOOKS_IN_A_STEP)]
     return places, least, depth
 
 
