@@ -504,7 +504,7 @@ def _size(node: Node, value: Callable[[Node], Ball]) -> Ball:
             return math.prod(_size(part, value) for part in parts)
         case tree.Negative(operand):
             return _size(operand, value)
-        case tree.Power(base, tree.Number(_, exponent)) if exponent.is_integer():
+        case tree.Power(base, tree.Number(_, exponent)) if float(exponent).is_integer():
             return _size(base, value) ** int(exponent)
     return abs(value(node).mid())
 
