@@ -338,11 +338,11 @@ def test_hostile_texts_are_harmless_in_every_format(
     assert len(ET.fromstring(outputs["junit"]).findall("./testsuite/testcase")) == count
     for name in ("json", "gradescope", "items json"):
         assert all(isinstance(json.loads(line), dict) for line in outputs[name].splitlines())
-    for name, width_of_row in (("csv", 8), ("items csv", 14)):
+    for name, width_of_row in (("csv", 8), ("items csv", 12)):
         rows = list(csv.reader(io.StringIO(outputs[name]), strict=True))
         assert set(map(len, rows)) == {width_of_row}
         for cell in chain.from_iterable(rows):
-            assert not re.match(r"[\s\"]*[=+\-@＝＋－＠](?![0-9.]+\Z)", cell)  # but a correlation
+            assert not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell)
     assert len(list(csv.reader(io.StringIO(outputs["csv"])))) == count + 1
 
 
