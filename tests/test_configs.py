@@ -135,7 +135,9 @@ def test_a_format_of_another_command_is_refused(command: str, program: Program) 
 @pytest.mark.parametrize("command", STUDIES)
 def test_all_documents_go_into_one_table(command: str, program: Program, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="tables in Parquet need the extra `parquet`")
-    files = [str(path) for path, name in RUNS if name == command]
+    # Sections and swarms take long, and their rows are like those of other orbits.
+    short = [path for path, name in RUNS if name == command and not re.search("section|swarm", path.stem)]
+    files = list(map(str, short))
     assert program(command, "-q", "-f", "parquet", "-o", str(tmp_path / "all.parquet"), *files).code == 0
     names = set(parquet.read_table(tmp_path / "all.parquet").column("name").to_pylist())
     assert len(names) == len({rigidcli.load(file).name for file in files})
