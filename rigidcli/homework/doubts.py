@@ -23,6 +23,7 @@ from rigidcli.language.typed import (
     divisor,
     is_label,
     is_name,
+    slopes,
     statements,
     undecorated,
     without_arguments,
@@ -85,8 +86,10 @@ def doubt_of_name(text: str, unit: Unit) -> str:
     """Why a person must look at a quantity in this unit with the name of another one: `period: 3 rad/s`."""
     head = re.match(rf"{_HEAD.pattern}(?=.)", text)
     *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
-    side = re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side))
-    name = next(reversed(re.findall(r"[^\W\d_]+", side)), "") if is_label(side) else ""
+    side = slopes(re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side)))
+    # `Mass` in `centre of mass`, `f` in `v_f` and `1` in `v1` are no names of their own.
+    side = re.sub(rf"(?i)(?<=\w)\s+{said('of')}.*|(?<=[^\W\d_])(?:_?\d|_(?!d?dot))\w*", "", side)
+    name = next(reversed(re.findall(r"[^\W\d]+", side)), "") if is_label(side) else ""
     units = UNITS_OF.get(name) or UNITS_OF.get(name.lower() * (len(name) > 1), [])
     is_other = units and not any(fits(each, unit) for each in units)
     return f"this is the name of another quantity: {shown(name)}" if is_other else ""
