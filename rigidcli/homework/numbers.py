@@ -22,7 +22,7 @@ from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields import units
-from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, check_dimension, dimension_of
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension, dimension_of
 from rigidcli.fields.units import HIGHEST_POWER_OF_UNIT, PREFIXES, Unit, parse_unit
 from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
@@ -42,6 +42,7 @@ _OTHER = "|".join(sorted({*CALLED, *CONSTANTS, "e"} - {"sec"}))
 # A number or a function in a formula, or a word that may be a unit with its power.
 _WORD = re.compile(rf"{UNSIGNED}|(?:{_OTHER})(?![^\W\d])|{units.UNIT_NAME}")
 MOST_SPELLINGS = 8  # the most readings of the units in one formula
+MOST_MEANINGS = 200  # the most ways to take the letters of one formula as the quantities they usually are
 __COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{__COUNTED})[^\W\d_]"
@@ -460,14 +461,13 @@ def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
     usual = {name: UNITS_OF.get(name.rstrip("_0123456789"), []) for name in tree.names_in(formula)}
     if not all(usual.values()):
         return True
-    for choice in islice(product(*usual.values()), MOST_SPELLINGS):
+    found = set[Dimension | None]()
+    for choice in islice(product(*usual.values()), MOST_MEANINGS):
         dimensions = {name: unit.dimension for name, unit in zip(usual, choice, strict=True)}
-        with suppress(ValueProblem):  # of a sum of different dimensions, or another unit
-            if (own := dimension_of(formula, dimensions)) is None:
-                return True
-            if any(fits(unit, Unit("", Fraction(1), 0, own)) for unit in units):
-                return True
-    return False
+        with suppress(ValueProblem):  # of a sum of different dimensions
+            found.add(dimension_of(formula, dimensions))
+    units_found = [Unit("", Fraction(1), 0, own) for own in found if own is not None]
+    return found == {None} or any(fits(unit, own) for unit in units for own in units_found)
 
 
 def fits(unit: Unit, asked: Unit) -> bool:
