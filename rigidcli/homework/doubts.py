@@ -1,7 +1,7 @@
 """What a person must look at in the text of an answer, whatever its value is.
 
     doubt_of_words("not: 20.8 rad/s")               # words that take the value back
-    doubt_of_sides("2 L = (0, 2, 12)", is_right)  # the value of another quantity than L
+    doubt_of_sides("2 L = (0, 2, 12)", unit, is_right)  # the value of another quantity than L
     told_apart("H = T + V where V = m g z")         # ("H = T + V", {"V": "m g z"})
 
 A name before the value is no doubt, nor are words that only announce it.
@@ -15,12 +15,13 @@ from contextlib import suppress
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.fields.units import Unit
-from rigidcli.homework.numbers import UNITS_OF, fits, no_name
+from rigidcli.homework.numbers import UNITS_OF, fits, is_product_in, no_name
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import (
     LONGEST_DECORATED,
     cut,
     divisor,
+    is_enclosed,
     is_label,
     is_name,
     slopes,
@@ -64,34 +65,44 @@ def doubt_of_words(text: str) -> str:
 # --- what stands left of `=`
 
 
+_ARROW = re.compile("=>|->")
+
+
 def _chains(text: str) -> list[list[str]]:
     """The members of each chain of equalities in a text."""
     with suppress(ExpressionError):
-        return [members for members in statements(plain(undecorated(text))) if len(members) > 1]
+        parts = map(statements, cut(plain(undecorated(text)), _ARROW))
+        return [members for part in parts for members in part if len(members) > 1]
     return []
 
 
-def doubt_of_sides(text: str, is_right: Callable[[str], bool]) -> str:
-    """Why a person must look at a list for what stands left of `=`, where that must be a name.
+def doubt_of_sides(text: str, unit: Unit, is_right: Callable[[str], bool]) -> str:
+    """Why a person must look at a list for what stands left of `=`, where that must name what has this unit.
 
-    The list itself may stand there, too: `is_right`.
+    The list itself may stand there, too: `is_right`; and so may the names of its entries.
     """
-    for side, *_ in _chains(told_apart(text)[0]):
-        if side.strip() and not (is_name(side) or divisor(side) or is_right(side)):
+    for side, *_, last in _chains(told_apart(text)[0]):
+        names = cut(side.strip()[1:-1], re.compile(",")) if is_enclosed(side) else [side]
+        are_names = all(is_name(each) or divisor(each) for each in names)
+        # What is zero is so with any factor: `(λ-2)(λ-5) = 0 => λ = 2, 5`.
+        is_meant = are_names or is_right(side) or (unit.text and is_product_in(side, unit))
+        if side.strip() and not is_meant and last.strip() != "0":
             return no_name(side)
     return ""
 
 
 def doubt_of_name(text: str, unit: Unit) -> str:
     """Why a person must look at a quantity in this unit with the name of another one: `period: 3 rad/s`."""
+    if not unit.text:
+        return ""
     head = re.match(rf"{_HEAD.pattern}(?=.)", text)
     *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
     side = slopes(re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side)))
     # `Mass` in `centre of mass`, `f` in `v_f` and `1` in `v1` are no names of their own.
-    side = re.sub(rf"(?i)(?<=\w)\s+{said('of')}.*|(?<=[^\W\d_])(?:_?\d|_(?!d?dot))\w*", "", side)
+    side = re.sub(rf"(?i)(?:(?<=\w)\s+{said('of')}|\bin\b).*|(?<=[^\W\d_])(?:_?\d|_(?!d?dot))\w*", "", side)
     name = next(reversed(re.findall(r"[^\W\d]+", side)), "") if is_label(side) else ""
     units = UNITS_OF.get(name) or UNITS_OF.get(name.lower() * (len(name) > 1), [])
-    is_other = units and not any(fits(each, unit) for each in units)
+    is_other = units and not any(fits(each, unit) for each in units) and not is_product_in(side, unit)
     return f"this is the name of another quantity: {shown(name)}" if is_other else ""
 
 

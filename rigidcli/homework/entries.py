@@ -28,6 +28,7 @@ from rigidcli.homework.numbers import (
     SLIP,
     TypedNumber,
     in_dimension,
+    is_product_in,
     no_name,
     read_numbers,
     readings_of,
@@ -135,7 +136,8 @@ class Ruler:
                 raise Unreadable("wrong_shape", TWO_ANSWERS)
             if own and not self._is_among(own, entry):
                 return CONTRADICTION
-            if not own and place == 0 and member.strip() and not is_name(member):
+            is_meant = is_name(member) or (self.unit is not None and is_product_in(member, self.unit))
+            if not own and place == 0 and member.strip() and not is_meant:
                 return no_name(member)
         return ""
 

@@ -31,6 +31,7 @@ from rigidcli.homework.base import (
     Unreadable,
 )
 from rigidcli.homework.doubts import (
+    doubt_of_name,
     doubt_of_sides,
     doubt_of_words,
     is_defined_again,
@@ -39,6 +40,7 @@ from rigidcli.homework.doubts import (
 )
 from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
+from rigidcli.homework.numbers import PURE
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.reading import odd_unit
 from rigidcli.homework.variants import words
@@ -180,7 +182,8 @@ def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
 
     doubt = next(filter(None, map(doubt_of_words, _texts(answer))), "")
     if not doubt and isinstance(answer, str) and kind.name in LISTS:
-        doubt = doubt_of_sides(answer, is_right)
+        unit = item.key.ruler.unit or PURE
+        doubt = doubt_of_sides(answer, unit, is_right) or doubt_of_name(answer, unit)
     if kind.name == "expression" and outcome.verdict == "correct" and not doubt:
         unit = odd_unit(told_apart(str(answer))[0], item.key.formulas.names)
         doubt = f"this formula has another unit than {shown(unit)}" if unit else ""

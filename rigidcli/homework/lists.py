@@ -26,7 +26,7 @@ MOST_BRACKETS = 40
 _NUMBER = re.compile(rf"[-+]?{typed.DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<![\w^])[^\W\d]\w*+\s*[=:]")
 # What stands between `I1 = 3` and the next name with a digit, or of one letter.
-_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d|I_?[xyz]{2})\s*[=:])")
+_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d|[^\W\d_]_?[xyz]{1,2})\s*[=:])")
 # What stands before brackets for a list: programs write it, and `diag` and `transpose` say what is meant.
 _FUNCTION = re.compile(
     r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:(?P<diagonal>[Dd]iag(?:onal)?(?:Matrix)?)|(?P<flipped>[Tt]ranspose)"
@@ -65,7 +65,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
 def _in_text(text: str, is_square: bool) -> Tree:
     """The entries of a text with brackets, commas and lines only. Raises ExpressionError, Unreadable."""
     text, before = _separated(text).strip(), list[str]()
-    if len(_NAMED.findall(without_brackets(text))) < 2:
+    if _is_chain(text):
         text, before = typed.last_member(text)
     elif not re.search(r"[,;\n]", text):
         text = _NEXT_NAME.sub("; ", text)
@@ -107,10 +107,17 @@ def earlier_members(answer: Tree) -> list[str]:
     with suppress(ExpressionError):
         text = in_brackets(typed.undecorated(answer)) if isinstance(answer, str) else ""
         *reasons, (name, *members) = (cut(part, _EQUALS) for part in cut(text, _ARROW))
-        if len(_NAMED.findall(without_brackets("=".join([name, *members])))) < 2:
+        if _is_chain("=".join([name, *members])):
             same = [each for each in reasons if len(each) == 1 or each[0].strip() == name.strip()]
             return [*[name, *members][: len(members)], *chain.from_iterable(same)]
     return []
+
+
+def _is_chain(text: str) -> bool:
+    """Whether one value has all the names in a text, as in `L = I ω = (1, 2)`, but not in `x = 1, y = 2`."""
+    outside = without_brackets(text)
+    is_list = re.search(r"=[^=]*[(\[{][^=]*[,;&\n][^=]*\Z", text) and not re.search(r"[,;\n]", outside)
+    return len(_NAMED.findall(outside)) < 2 or bool(is_list)
 
 
 # --- the parts of a list

@@ -30,7 +30,7 @@ from rigidcli.language import tree, typed
 from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
 from rigidcli.language.numerals import UNSIGNED
-from rigidcli.language.tokens import rewritten, rules
+from rigidcli.language.tokens import GREEK, rewritten, rules
 from rigidcli.language.words import CALLED, CONSTANTS, RESERVED, Words, said, table
 
 LONGEST_NUMBER = 400  # characters
@@ -451,6 +451,7 @@ UNITS_OF = {
     for several, names in table(__file__, "quantities.csv")
     for name in names.split()
 }
+_LETTERS = Words([name for name in UNITS_OF if len(name) == 1 or name in GREEK], is_open=True)
 
 
 def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
@@ -458,7 +459,7 @@ def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
 
     A letter that the table lacks may be anything.
     """
-    usual = {name: UNITS_OF.get(name.rstrip("_0123456789"), []) for name in tree.names_in(formula)}
+    usual = {name: _usual_units(name) for name in tree.names_in(formula)}
     if not all(usual.values()):
         return True
     found = set[Dimension | None]()
@@ -468,6 +469,32 @@ def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
             found.add(dimension_of(formula, dimensions))
     units_found = [Unit("", Fraction(1), 0, own) for own in found if own is not None]
     return found == {None} or any(fits(unit, own) for unit in units for own in units_found)
+
+
+def _usual_units(letter: str) -> list[Unit]:
+    """The units that the quantity of a letter, with an index or not, may have; none if it may be any."""
+    return UNITS_OF.get(re.sub(r"(?:_.*|\d+)\Z", "", letter), [])
+
+
+def is_product_in(side: str, unit: Unit) -> bool:
+    """Whether what stands left of `=` is a product of letters that has this unit: `I omega`, `2 pi/T`.
+
+    With powers and other numbers it may be another quantity of that unit, as `m v^2` beside an energy; but a
+    pure number such as `I/(M R^2)` has no other meaning.
+    """
+    with suppress(ExpressionError):
+        formula = typed.expressions(side, _LETTERS, leading=False)[0]
+        parts = list(tree.nodes([formula]))
+        powers = [part for part in parts if isinstance(part, tree.Power) and unit is PURE]
+        exponents = [id(power.exponent) for power in powers]
+        numbers = {each.text for each in parts if isinstance(each, tree.Number) and id(each) not in exponents}
+        kinds = {type(part) for part in parts if part not in powers}
+        if tree.Constant in kinds:
+            numbers -= {"2"}  # of 2 pi
+        is_product = kinds <= {tree.Name, tree.Number, tree.Constant, tree.Product, tree.Reciprocal}
+        are_known = all(map(_usual_units, tree.names_in(formula)))
+        return is_product and numbers <= {"1"} and are_known and may_be_in([unit], formula)
+    return False
 
 
 def fits(unit: Unit, asked: Unit) -> bool:

@@ -37,7 +37,7 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
     # marks that say nothing: invisible signs of Word, check marks, arrows and accents on letters
     | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
-    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}\u0300\u0301", "")
+    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}\u0300\u0301\u0304", "")
     | {"\N{COMBINING RIGHT ARROW ABOVE}": "\N{COMBINING CIRCUMFLEX ACCENT}"}
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
@@ -67,7 +67,7 @@ _BY_MEANING = {
     _FRACTION: "frac dfrac tfrac cfrac nicefrac", _ROOT: "sqrt", _DOT: "dot", _DDOT: "ddot",
     _VECTOR: "hat vec mathbf boldsymbol bm widehat overrightarrow", "T": "top",
     _CONTENT: """mathrm text textrm mathit mathsf operatorname mbox textit textbf mathcal mathscr mathfrak
-        mathtt mathbb pmb emph unit si boxed num textsf underline""",
+        mathtt mathbb pmb emph unit si boxed num textsf underline bar overline""",
     _MATRIX: "pmatrix bmatrix matrix Bmatrix smallmatrix array",
     _LINES: "aligned cases split gathered align gather equation eqnarray",
 }  # fmt: skip

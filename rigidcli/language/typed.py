@@ -40,7 +40,8 @@ _BEFORE = rf"""(?xi) \A (?> \s* (?:
     | (?:{_WORDS_AHEAD}\s+){{1,7}} {said("is")} \s+ (?={said("about")}?\.?\s*[-+~≈]?\s*[\d([{{√\\.$]|sqrt)
     | (?:{_WORDS_AHEAD}\s+){{2,7}} {said("is")} \s+ (?!{said("a", "article")})
         (?=[-+]\s*[^\W\d]|[^\W\d]{{1,2}}(?:[_^(*/²³]|\s*[*/^]))
-    | (?:(?!in\b){_WORDS_AHEAD}\s+){{1,6}} {_WORDS_AHEAD}(?:_\w+)? \s* : \s* (?=[-+~≈]?\s*[\d([\\]) (?=[^:=]*\Z)
+    | (?:(?!in\b){_WORDS_AHEAD}\s+){{1,6}} {_WORDS_AHEAD}(?:_\w+)? \s* : \s*
+        (?=[-+~≈]?\s*[\d([\\]) (?=[^:=]*\Z)
     | [a-z] \s+ {said("is")} \s+ (?=\S)
     | (?:i|we) \s+ {said("get")}
     | {said("gives", "believe")} \s+ (?=[-+~≈]?\s*[\d.])
@@ -222,6 +223,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
     *reasons, conclusion = map(statements, cut(text, re.compile("=>|->")))
     *earlier, (name, *members) = conclusion or [[text]]
     told = [each for reason in reasons for each in reason if each[1:] and is_label(each[0])]
+    told = [each for each in told if each[-1].strip() != "0"]  # `det(I - λ1) = 0 => λ = 2` solves an equation
     before = [name.strip()]
     for own, *values in (*told, *earlier):
         if own.strip() in ("", name.strip()):

@@ -87,7 +87,7 @@ class QuantityKind(AnswerKind):
         doubt = numbers.taken_back(number.remark)
         with suppress(ValueProblem):
             doubt = doubt or key.ruler.doubt(answer, in_dimension(number, key.unit))
-            doubt = doubt or (doubt_of_name(str(answer), key.unit) if key.unit.text else "")
+            doubt = doubt or doubt_of_name(str(answer), key.unit)
         return ReadAnswer(number, read_as, doubt)
 
     def _is_right(self, key: NumberKey, number: TypedNumber) -> Same:
