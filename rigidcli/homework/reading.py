@@ -401,6 +401,9 @@ def _equations(answer: Tree, place: str, unread: list[Unreadable]) -> Iterator[t
         unread.append(Unreadable("wrong_shape", f"read {shown(answer)}, {expected}", place=place))
 
 
+# What does not change: `p_phi = const`, `p_phi = m r^2 phidot = const`, `p_phi is conserved`.
+_CONSTANT = re.compile(rf"(?i)\A(?:[^=]*=)?([^=]+)=\s*{said('constant')}\.?\s*\Z")
+_IS_CONSTANT = re.compile(rf"(?i)\s{said('is')}\s+(?={said('constant')})")
 _WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
 # A name with a colon or an arrow for `=`.
 _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))([^\S\n]*[^\W\d]\w*\s*)(?::|->|=>)")
@@ -417,7 +420,7 @@ _NEXT_RATE = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
 
 def _statements(answer: str) -> list[str]:
     """The equations of a text. Raises ExpressionError where one equation or another is given."""
-    text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
+    text = _IS_CONSTANT.sub(" = ", "\n".join(map(undecorated, without_labels(answer).splitlines())))
     if "=" in text and is_enclosed(text):
         text = text.strip()[1:-1]
     text = "\n".join(cut(typed.slopes(without_latex(text).translate(typed.POINTS)), _PART))
@@ -427,4 +430,5 @@ def _statements(answer: str) -> list[str]:
         raise ExpressionError(TWO_ANSWERS, code="wrong_shape")
     several = map("=".join, statements(_BETWEEN.sub("\n", text)))
     parts = (part for each in several for part in (_NEXT_RATE.split(each) if _RATE.match(each) else [each]))
-    return [_WORDS_AHEAD.sub("", typed.END.sub("", part)).strip() for part in parts]
+    parts = (_CONSTANT.sub(rf"{RATE}(\1) = 0", typed.END.sub("", part)) for part in parts)
+    return [_WORDS_AHEAD.sub("", part).strip() for part in parts]
