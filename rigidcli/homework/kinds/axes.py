@@ -25,13 +25,14 @@ from rigidcli.homework import entries
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE_OF_ENTRIES, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds import arrays
-from rigidcli.homework.lists import MOST_BRACKETS, in_brackets, read_list
+from rigidcli.homework.lists import MOST_BRACKETS, in_brackets, read_list, split
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, SLIP, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.homework.same import all_same
 from rigidcli.language import tree
 from rigidcli.language.latex import HAT
+from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import closings_of, cut, without_labels
 
 MOST_PAIRS = 6  # the most pairs of an answer: three are right, and more are surplus
@@ -44,11 +45,18 @@ _DIVIDED = re.compile(r"\s*/\s*(?:sqrt\s*)?\(?\d+\)?")
 _AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]|(?<![^\\W\\d])[ijk](?![^\\W\\d])")
 # What stands between axes, besides the moments.
 _NO_MOMENT = re.compile(
-    r"(?i)\b(?:with|along|for|and|axis|axes|direction|vector|eigenvector|moment|mit|um|und|achse|entlang|avec|axe|con|eje)\b"
-    r"|[-=]>"
+    r"(?i)\b(?:with|along|about|around|for|and|the|direction|principal|mit|um|und|entlang|avec|axe|con|eje"
+    r"|[^\W\d]*(?:ax[ie]s|achsen?|vectors?|vektor|values?|wert|moments?|momente))\b|[-=]>"
 )
 # The last name that is given something, of a moment or of an axis.
-_NAME = re.compile(r"(?:\b[^\W\d]\w*\s*=|[,;]\s*[^\W\d]\w*\s*:)(?=[^=:]*\Z)")
+_NAME = re.compile(r"(?:\b[^\W\d]\w*\s*=(?=(?:[^=:,;]*:)?[^=:]*\Z)|[,;]\s*[^\W\d]\w*\s*:(?=[^=:]*\Z))")
+_NAMES = re.compile(rf"{_NO_MOMENT.pattern}|\b[^\W\d]\w*\s*[=:]")
+# Pairs without brackets, with a colon in each: `10 along the x axis`, `I1 = 10, e1 = x`.
+_WITH_COLONS = rules(
+    (r"(?i)(?<=\b[xyz])[ -](?:axis|achse)\b", ""),
+    (r"(?i)\s(?:with|along|about|around|mit|um|entlang|avec|con)(?:\s(?:the|axis|achse|axe|eje))*\s", ": "),
+    (r"=([^=:,;\n]*),\s*[^\W\d]\w*\s*=", r"=\1:"),
+)
 
 
 class Pairs(NamedTuple):
@@ -295,7 +303,7 @@ def _in_text(text: str) -> Tree:
     if (pairs := _in_line(text)) is not None:
         return pairs
     for between in (r"[\n;,]", r"[\n;]"):
-        pieces = cut(without_labels(text.strip()), re.compile(between))
+        pieces = cut(without_labels(rewritten(text.strip(), _WITH_COLONS)), re.compile(between))
         if all(":" in piece for piece in pieces):
             return pieces
     return read_list(text)
@@ -310,14 +318,20 @@ def _in_line(text: str) -> Tree:
         return None
     ends = [0]  # where an axis begins, and where it ends
     for start, end in closings if len(closings) <= MOST_BRACKETS else ():
-        if start >= ends[-1] and len(cut(text[start + 1 : end], _SEPARATOR)) == 3:
+        inner = text[start + 1 : end]
+        if start >= ends[-1] and 3 in (len(cut(inner, _SEPARATOR)), len(split(inner))):
             divided = _DIVIDED.match(text, end + 1)
             ends += [start, divided.end() if divided else end + 1]
     around = (pair for pair in closings if any(pair[0] < start < pair[1] for start in ends[1::2]))
     of_list = {bracket for pair in around for bracket in pair}
     text = "".join(" " if place in of_list else sign for place, sign in enumerate(text))
     pieces = [text[begin:end] for begin, end in pairwise([*ends, len(text)])]
-    axes, between = pieces[1::2], list(map(_moment_and_factor, pieces[::2]))
+    axes, around_axes = pieces[1::2], [_NAMES.sub("", piece).strip(" \n,;.:") for piece in pieces[::2]]
+    for listed in around_axes:  # all moments in one place, before or behind all axes
+        moments = split(listed)
+        if len(moments) == len(axes) > 1 and not any(each for each in around_axes if each is not listed):
+            return {"moments": moments, "axes": axes}
+    between = list(map(_moment_and_factor, pieces[::2]))
     # A moment stands before its axis, or else behind it, where a factor would belong to the next axis.
     behind = [] if any(factor for _, factor in between[1:]) else between[1:]
     for given, rest in ((between[:-1], between[-1]), (behind, between[0])):
