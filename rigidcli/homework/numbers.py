@@ -454,6 +454,11 @@ UNITS_OF = {
 _LETTERS = Words([name for name in UNITS_OF if len(name) == 1 or name in GREEK], is_open=True)
 
 
+def _usual_units(letter: str) -> list[Unit]:
+    """The units that the quantity of a letter, with an index or not, may have; none if it may be any."""
+    return UNITS_OF.get(re.sub(r"(?:_.*|\d+)\Z", "", letter), [])
+
+
 def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
     """Whether a formula may have one of these units, if its letters are the quantities that they usually are.
 
@@ -471,29 +476,21 @@ def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
     return found == {None} or any(fits(unit, own) for unit in units for own in units_found)
 
 
-def _usual_units(letter: str) -> list[Unit]:
-    """The units that the quantity of a letter, with an index or not, may have; none if it may be any."""
-    return UNITS_OF.get(re.sub(r"(?:_.*|\d+)\Z", "", letter), [])
+# A number before letters, but for `1/f` and `2 pi/T`; a sum, or a function.
+_NO_PRODUCT = re.compile(r"(?<![\w^.])(?!1\s*/|2[\s*]*pi)[\d.]|[-+]|\w\s*\(")
 
 
 def is_product_in(side: str, unit: Unit) -> bool:
     """Whether what stands left of `=` is a product of letters that has this unit: `I omega`, `2 pi/T`.
 
-    With powers and other numbers it may be another quantity of that unit, as `m v^2` beside an energy; but a
-    pure number such as `I/(M R^2)` has no other meaning.
+    With a power it may be another quantity of that unit, as `m v^2` beside an energy; but a pure number such
+    as `I/(M R^2)` has no other meaning.
     """
+    if _NO_PRODUCT.search(side) or (unit is not PURE and re.search(r"\^|\*\*", side)):
+        return False
     with suppress(ExpressionError):
         formula = typed.expressions(side, _LETTERS, leading=False)[0]
-        parts = list(tree.nodes([formula]))
-        powers = [part for part in parts if isinstance(part, tree.Power) and unit is PURE]
-        exponents = [id(power.exponent) for power in powers]
-        numbers = {each.text for each in parts if isinstance(each, tree.Number) and id(each) not in exponents}
-        kinds = {type(part) for part in parts if part not in powers}
-        if tree.Constant in kinds:
-            numbers -= {"2"}  # of 2 pi
-        is_product = kinds <= {tree.Name, tree.Number, tree.Constant, tree.Product, tree.Reciprocal}
-        are_known = all(map(_usual_units, tree.names_in(formula)))
-        return is_product and numbers <= {"1"} and are_known and may_be_in([unit], formula)
+        return all(map(_usual_units, tree.names_in(formula))) and may_be_in([unit], formula)
     return False
 
 
