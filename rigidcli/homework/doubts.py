@@ -15,8 +15,9 @@ from contextlib import suppress
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.fields.units import Unit
-from rigidcli.homework.numbers import UNITS_OF, fits, is_product_in, no_name
+from rigidcli.homework.numbers import UNITS_OF, fits, is_product_in, may_be_in, no_name
 from rigidcli.language.latex import plain
+from rigidcli.language.tree import Node
 from rigidcli.language.typed import (
     LONGEST_DECORATED,
     cut,
@@ -91,19 +92,24 @@ def doubt_of_sides(text: str, unit: Unit, is_right: Callable[[str], bool]) -> st
     return ""
 
 
-def doubt_of_name(text: str, unit: Unit) -> str:
-    """Why a person must look at a quantity in this unit with the name of another one: `period: 3 rad/s`."""
-    if not unit.text:
-        return ""
-    head = re.match(rf"{_HEAD.pattern}(?=.)", text)
+def doubt_of_name(text: str, asked: Unit | Node) -> str:
+    """Why a person must look at a quantity in this unit, or this formula, with the name of another quantity.
+
+    As in `period: 3 rad/s`, and `T = sqrt(g/l)`.
+    """
+    # A formula may itself begin with a letter.
+    head = re.match(rf"{_HEAD.pattern}(?={'.' if isinstance(asked, Unit) else ':'})", text)
     *_, (side, *_) = _chains(text) or [[head[0] if head else ""]]
     side = slopes(re.sub(rf"(?i)\b{said('is', 'about')}", "", without_arguments(side)))
     # `Mass` in `centre of mass`, `f` in `v_f` and `1` in `v1` are no names of their own.
     side = re.sub(rf"(?i)(?:(?<=\w)\s+{said('of')}|\bin\b).*|(?<=[^\W\d_])(?:_?\d|_(?!d?dot))\w*", "", side)
     name = next(reversed(re.findall(r"[^\W\d]+", side)), "") if is_label(side) else ""
     units = UNITS_OF.get(name) or UNITS_OF.get(name.lower() * (len(name) > 1), [])
-    is_other = units and not any(fits(each, unit) for each in units) and not is_product_in(side, unit)
-    return f"this is the name of another quantity: {shown(name)}" if is_other else ""
+    if isinstance(asked, Unit):
+        is_own = not asked.text or any(fits(each, asked) for each in units) or is_product_in(side, asked)
+    else:
+        is_own = may_be_in(units, asked)
+    return f"this is the name of another quantity: {shown(name)}" if units and not is_own else ""
 
 
 # --- definitions behind an answer

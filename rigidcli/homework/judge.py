@@ -186,7 +186,8 @@ def _doubted(item: Item, answer: Tree, outcome: Outcome) -> Outcome:
         doubt = doubt_of_sides(answer, unit, is_right) or doubt_of_name(answer, unit)
     if kind.name == "expression" and outcome.verdict == "correct" and not doubt:
         unit = odd_unit(told_apart(str(answer))[0], item.key.formulas.names)
-        doubt = f"this formula has another unit than {shown(unit)}" if unit else ""
+        odd = f"this formula has another unit than {shown(unit)}" if unit else ""
+        doubt = odd or doubt_of_name(str(answer), item.key.tree)
     return Outcome.review(doubt) if doubt else outcome
 
 
