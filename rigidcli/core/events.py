@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import Solution
 
-LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated.
+LOOKS_IN_A_STEP = 16  # Times in each step at which the function is evaluated at least.
+MOST_LOOKS = 1 << 18  # Those in all steps in which the function is fast have no more times.
 VALLEY_ROUNDS = 7  # Rounds in which a minimum of the size is narrowed down, each 8 times.
 # Bits of the time by which a pass is narrowed down, and the times at which that is done at once at least:
 # calls of numpy take longer than the arithmetic of fewer.
@@ -46,10 +47,7 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
         flat = times.ravel()
         return function(flat, solution.at(flat)).reshape(times.shape)
 
-    knots = solution.knots
-    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS_IN_A_STEP) / LOOKS_IN_A_STEP
-    grid = np.append(inside.ravel(), knots[-1])
-    at = values(grid)
+    grid, at = _looks(values, solution.knots)
     finite = np.isfinite(at)
     gap = None if finite.all() else float(grid[np.argmin(finite)])
     grid, at = grid[finite], at[finite]
@@ -77,6 +75,28 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
     is_pass = (np.abs(values(times)) <= ends) & (times > grid[0] + 1e-9 * (grid[1] - grid[0]))
     order = np.argsort(times[is_pass], kind="stable")
     return Events(times[is_pass][order], (first < 0)[is_pass][order], touched, gap)
+
+
+def _looks(values: Callable[[Floats], Floats], knots: Floats) -> Floats:
+    """Times in each step, ascending, and the values there (2 by k).
+
+    They are more where the function turns, and every second one of them does not show it, or turns often.
+    """
+    low, high, looks = knots[:-1], knots[1:], LOOKS_IN_A_STEP
+    found = [np.array([knots[-1:], values(knots[-1:])])]
+    while len(low):
+        even = np.arange(looks + 1) / looks
+        # At even distances, what turns once from each look to the next would seem to rest.
+        times = low[:, None] + (high - low)[:, None] * (even + np.sin(2 * np.pi * even) / 20)
+        at = values(times)
+        slopes = (np.diff(some, axis=1) for some in (at, at[:, ::2]))
+        turns, fewer = (np.count_nonzero(np.diff(np.sign(some), axis=1), axis=1) for some in slopes)
+        is_fast = ((turns > fewer) | (turns > looks // 4)) & (looks * len(low) < MOST_LOOKS)
+        found.append(np.stack([times, at])[:, ~is_fast, :-1].reshape(2, -1))
+        low, high, looks = low[is_fast], high[is_fast], 2 * looks
+    every = np.concatenate(found, axis=1)
+    ascending: Floats = every[:, every[0].argsort()]
+    return ascending
 
 
 def valleys(
