@@ -29,6 +29,8 @@ LOOKS_AHEAD = 1024  # Steps from one estimate of whether the most steps are enou
 AT_ONCE = 8192
 # Starts that are stepped at once at least: with fewer, calls of numpy take longer than the arithmetic.
 FEWEST_AT_ONCE = 256
+# Steps this much shorter than those before follow a function that jumps or has corners: alone it is quicker.
+SUDDEN = 1e-4
 LOOKED_AT = 4  # Starts whose first steps tell how much work all are.
 ONE_OF = 8  # One start in so many has a second solution where results do not show digits.
 # One start in so many may wait for the others: to take these out of the arrays takes as long as a step.
@@ -56,9 +58,10 @@ class Paths(NamedTuple):
 class ManyStarts(NamedTuple):
     """The equations y' = f(t, y) of n variables, and how they are solved: the arguments of `integrate`.
 
-    `parts` are the slices of the blocks of variables whose errors are bounded. Variables behind the last of
-    them may be parameters, which have no slope, or integrals. `moving` gives the functions whose zeros and
-    extremes may hide a narrow wall. `tolerance` and `longest` may differ from start to start (m).
+    `parts` are the slices of the blocks of variables whose errors are bounded. Behind them are those of
+    `integrals` over the time, whose errors are bounded beside their largest sizes, and parameters, which have
+    no slope. `moving` gives the functions whose zeros and extremes may hide a narrow wall. `tolerance` and
+    `longest` may differ from start to start (m).
     """
 
     flow: Flow
@@ -68,6 +71,7 @@ class ManyStarts(NamedTuple):
     tolerance: float | Floats
     longest: float | Floats
     stops: Sequence[float]
+    integrals: Sequence[slice] = ()
 
     def is_watched(self, starts: Floats) -> bool:
         """Whether there are functions whose zeros and extremes may hide something."""
@@ -183,6 +187,7 @@ class _Lanes:
         self.problem, self.times = problem, times
         self.f, self.watched = problem.flow(np), columns(problem.moving)
         self.roundings = None if problem.roundings is None else problem.roundings(np)
+        self.parts = [*problem.parts, *problem.integrals]
         self.measured, count = problem.parts[-1].stop, starts.shape[1]
         self.end = float(times[-1])
         self.states = np.full((len(times), len(starts), count), np.nan)
@@ -191,7 +196,7 @@ class _Lanes:
         self.alone = np.zeros(count, dtype=bool)
         self.wanted: list[tuple[Any, ...]] = []
         self.count = 0  # of the samples in them
-        t, blocks = np.zeros(count), (len(problem.parts), count)
+        t, blocks = np.zeros(count), (len(self.parts), count)
         longest = np.minimum(np.broadcast_to(problem.longest, count), self.end)
         watched = np.vstack([t, self.watched(t, *starts)])
         self.all = _Going(
@@ -224,15 +229,16 @@ class _Lanes:
         return Paths(self.states, self.all.steps.astype(int), self.all.largest, self.alone)
 
     def _find_least(self) -> None:
-        """Find the least sizes as `runge_kutta.least_sizes` does."""
-        parts, (y, k) = self.problem.parts, (self.all.y, self.all.k)
-        empty = np.array([~(y[part].any(axis=0) | k[part].any(axis=0)) for part in parts])
-        if empty.any() and len(parts) > 1:
+        """Find the least sizes as `runge_kutta.least_sizes` does; that of an integral is its later size."""
+        parts, (y, k) = self.parts, (self.all.y, self.all.k)
+        share = np.array([1e-3 * ~(y[part].any(axis=0) | k[part].any(axis=0)) for part in parts])
+        share[len(self.problem.parts) :] = 1.0
+        if share.any() and len(parts) > 1:
             crude = self.problem._replace(
-                parts=[slice(self.measured)], tolerance=1e-6, moving=lambda _: lambda *_: ()
+                parts=[slice(self.measured)], integrals=(), tolerance=1e-6, moving=lambda _: lambda *_: ()
             )
             largest = _Lanes(crude, y, self.times[-1:]).followed().largest
-            self.all.least[:] = np.maximum(1e-3 * norms(largest, parts) * empty, SMALLEST_SCALE)
+            self.all.least[:] = np.maximum(norms(largest, parts) * share, SMALLEST_SCALE)
 
     def _cross(self, goal: float, beyond: float) -> None:
         """Go to the time just beyond a stop; at the start only where the slopes jump."""
@@ -250,7 +256,7 @@ class _Lanes:
         """Follow all starts to the goal; those that do not get there are `alone`."""
         going, active, done = self.all, np.arange(len(self.alone)), self.alone | (self.all.t >= goal)
         method: ArraySteps | None = None
-        turn = 0
+        turn, own = 0, self.problem.parts
         while True:
             left = len(done) - int(np.count_nonzero(done))
             if method is None or not left or left < len(done) - len(done) // MOST_WAITING:
@@ -262,10 +268,11 @@ class _Lanes:
                 active = active[np.argsort(done, kind="stable")[: len(padded(left))]]
                 going = _Going(*(part[..., active] for part in self.all))
                 done = self.alone[active] | (going.t == goal)
-                method = ArraySteps(self.f, going.y.shape, going.tolerance, self.problem.parts)
+                method = ArraySteps(self.f, going.y.shape, going.tolerance, self.parts)
             if not turn % STEPS_PER_REPORT:
                 errors = rounding_errors(self.f, self.roundings, going.t, going.h, going.y, self.measured)
-                going.floors[:] = 2 * norms(errors, self.problem.parts) / going.tolerance
+                # Those of integrals stay zero: a function that jumps must not pass for rounding errors.
+                going.floors[: len(own)] = 2 * norms(errors, own) / going.tolerance
             going, bad = self._stepped(method, goal, active, going)
             if turn and not turn % LOOKS_AHEAD:
                 bad |= self.end - going.t > (MOST_TOGETHER - going.steps) * going.h
@@ -299,6 +306,8 @@ class _Lanes:
         growth = np.minimum(0.9 / np.sqrt(np.sqrt(np.sqrt(error))), np.where(going.failed, 1.0, 6.0))
         h = np.minimum(h * np.fmax(growth, 0.1), going.longest)
         bad = failed & (h < SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end))
+        if self.problem.integrals:
+            bad |= failed & (h * going.steps < SUDDEN * t)
         older, last = going.older, going.last
         if len(last) > 1:
             now = np.vstack([to, self.watched(to, *after)])

@@ -77,8 +77,9 @@ GAUSS_POINTS = 10  # Points of Gauss's rule in a step: exact to degree 19, beyon
 # Two rules differ by this, in units of the whole integral, in a step in which a function is not smooth.
 UNEVEN = 1e-12
 MOST_HALVINGS = 40  # The most times that a step is halved: a jump is then at a float.
-# A function may be uneven in so many steps, or in a quarter of them: what differs in more is rounding.
-FEW_UNEVEN = 16
+# The rules may differ in so many parts of steps, or in four times as many as there are steps: in more it is
+# rounding.
+MOST_UNEVEN = 20_000
 # Times below this share of the span count as that share, as steps are bounded relative to the time.
 ORIGIN_OF_TIME = 1e-9
 # Advice, for a hint, where steps get too short.
@@ -208,6 +209,8 @@ class Solution(NamedTuple):
         times = np.asarray(times, dtype=np.float64)
         low, high = sorted((float(self.knots[0]), float(self.knots[-1])))
         slack = 1e-12 * max(abs(low), abs(high))
+        if not len(times):
+            return np.empty((0, len(self.largest)))
         if not np.all((times >= low - slack) & (times <= high + slack)):
             raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
         return self.sample(np.clip(times, low, high))
@@ -228,6 +231,7 @@ class Solution(NamedTuple):
         nodes = np.append(nodes, [-1.0, 1.0])
         low, high = self.knots[:-1], self.knots[1:]
         integral: Floats | float = 0.0
+        most = max(4 * len(low), MOST_UNEVEN)
         least: Floats | None = None
         for _ in range(MOST_HALVINGS):
             half = (high - low)[:, None] / 2
@@ -236,8 +240,7 @@ class Solution(NamedTuple):
             parts, other = weighed[..., :GAUSS_POINTS] @ weights, weighed[..., 1:] @ others
             if least is None:
                 least = UNEVEN * np.abs(parts).sum(axis=1, keepdims=True)
-                many = (np.abs(parts - other) > least).sum(axis=1) > max(FEW_UNEVEN, len(half) // 4)
-                least[many] = math.inf
+            least[(np.abs(parts - other) > least).sum(axis=1) > most] = math.inf
             uneven = (np.abs(parts - other) > least).any(axis=0)
             integral = integral + parts[:, ~uneven].sum(axis=1)
             middle = (low + high)[uneven] / 2

@@ -182,7 +182,7 @@ SWEEPS = yaml.safe_load((Path(__file__).parent / "sweeps.yaml").read_text())
 def test_each_orbit_of_a_sweep_is_the_one_that_it_is_alone(program: Program, name: str) -> None:
     swept = dict(SWEEPS[name])
     sweep, conserved = swept.pop("sweep"), {"H", *swept.pop("conserved", ())}
-    orbit = {"initial": swept.pop("initial"), "duration": 10, "samples": 7}
+    orbit = {"initial": swept.pop("initial"), "duration": swept.pop("duration", 10), "samples": 7}
     text = json.dumps({**swept, "orbit": orbit})
     options = [part for key in sweep for part in ("--sweep", key)]
     outcome = program("hamilton", "-q", "-f", "json", "-j", "1", *options, "-", stdin=text)

@@ -79,9 +79,9 @@ class Samples(NamedTuple):
 class EquationsOfMotion(NamedTuple):
     """The equations in `symbols`, for some values of the parameters, as a `flow` of m `variables`.
 
-    Behind the 2 n variables of the symbols come the integral of dH/dt, where H changes, swept parameters, as
-    variables at rest, and the integrals of other functions over the time. `roundings` are the rounding errors
-    of the flow, in units of the error of one operation. `watched` shows where something sudden may be.
+    Behind the 2 n variables of the symbols come the integral of dH/dt, where H changes, the integrals of
+    other functions over the time, and swept parameters, as variables at rest. `roundings` are the rounding
+    errors of the flow, in units of the error of one operation. `watched` shows where something sudden may be.
     """
 
     symbols: SymbolicEquations
@@ -185,9 +185,9 @@ def equations_of_motion(
     if derivation.energy_changes:
         variables.append(ENERGY_CHANGE)
         slopes.append(to_tree(derivation.power))
-    variables += [*swept, *(f"{ENERGY_CHANGE}.{place}" for place in range(len(integrands)))]
+    variables += [*(f"{ENERGY_CHANGE}.{place}" for place in range(len(integrands))), *swept]
     watched = code.watched(slopes, [TIME, *variables], constants, steps, swept)
-    slopes += [*(to_tree(ZERO) for _ in swept), *map(to_tree, integrands)]
+    slopes += [*map(to_tree, integrands), *(to_tree(ZERO) for _ in swept)]
     flow, roundings = (
         code.function(trees, [TIME, *variables], constants, steps)
         for trees in (slopes, list(map(rounding, slopes)))

@@ -210,6 +210,7 @@ def _equations(
         float(orbit.tolerance or DEFAULT_TOLERANCE),
         np.minimum(longest, orbit.max_step or math.inf),
         stops,
+        [slice(place, place + 1) for place in motion.integrals],
     )
 
 
