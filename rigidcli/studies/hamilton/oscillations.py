@@ -314,7 +314,8 @@ def _found_place(document: Document, equilibrium: Equilibrium, forces: Named) ->
         return slopes(q).reshape(len(names), len(names))
 
     try:
-        q: Floats = root(at, begin, jac=slope, method="lm", tol=1e-15).x
+        # Its first step is no longer than a tenth of the values, so that what is near is found.
+        q: Floats = root(at, begin, jac=slope, method="lm", tol=1e-15, options={"factor": 0.1}).x
         step: Floats = np.zeros(len(names))
         for _ in range(4):  # Newton's method doubles the digits: 2 become more than a float has
             q = q - step
