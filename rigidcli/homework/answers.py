@@ -35,22 +35,39 @@ _PLAIN = re.compile(r"[\w.()-]{1,20}")
 _KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
 # A number that may be the name of a question, with `=`, a dot, or a blank behind it.
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
-# A line that begins with the name of a question in a bullet, a list, a heading, bold letters or a table.
-_DRESSED = re.compile(
-    r"""(?xi) (?P<indent>\s*+)
-    (?P<marks>(?: [-*•+]\s++ | [0-9]{1,3}[.)]\s++(?=[\w.-]+\s*[:=]) | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
-    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
-        |antwort|ex|nr|no|id|q)
-        [.:]?\s*+)?
-    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S|\Z))?
-    \s*(?:\*\*|__)?\s* (?P<end>[:=.)|])? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
+# Words with which an answer is announced.
+_ANSWER = frozenset(
+    [
+        "answer",
+        "answers",
+        "antwort",
+        "lösung",
+        "réponse",
+        "respuesta",
+        "result",
+        "results",
+        "solution",
+        "value",
+    ]
 )
+# A line that begins with one of the `<names>` in a bullet, a list, a heading, bold letters or a table.
+_DRESSED = rf"""(?xi) (?P<indent>\s*+)
+    (?P<marks>(?: [-*•+>]\s++ | [0-9]{{1,3}}[.)]\s++(?=[*_`]*+[\w.-]+[*_`]*+\s*[:=]) | \#++\s*+
+        | [*_`]++ | (?P<pipe>\|)\s*+ )*+)
+    (?P<word>(?:(?:my|the|to|for|of|zu|zur|question|problem|exercise|task|part|aufgabe|frage|teil|übung|exercice
+        |ejercicio|pregunta|ans|ex|nr|no|id|q|{"|".join(_ANSWER)}) [.:_-]?\s*+)*?)
+    (?P<open>\()? (?P<name><names>) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S|\Z))?
+    \s*[*_`]*+\s* (?P<end>[:=]=?>?|->|→|[.)|])? \s*[*_`]*+ (?=\s|\Z|(?(pipe)(?<=\|)|\b\B)) \s* (?P<rest>.*)"""
 _BULLET = re.compile(r"(?:[-*•+]|[0-9]+[.)])\s")  # of a list, which may be numbered
 _BEGINNING = re.compile(r"[-+~]?[0-9.\[({\\$]")  # of a number, a list or a formula
+# The beginning of a sentence: two words in a row, of the first four.
+_SENTENCE = re.compile(r"(?:\w+ ){0,2}[^\W\d_]{2,} [^\W\d_]{2,}")
+_RULE = re.compile(r"\s*(?:[-=|:+]\s*){3,}")  # of a table, or below a heading
+_LABEL = re.compile(rf"(?i)\s*[*_]*(?:{'|'.join(_ANSWER)})[*_]*:[*_]*(?:\s+|$)")
 # The heads of a table of csv that has a question and its answer in each line.
 _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
-    r"\s*[\"']?(?:answer|antwort|réponse|respuesta|result|value)s?[\"']?[ \t]*(?=\r?\n)"
+    rf"\s*[\"']?(?:{'|'.join(_ANSWER)})[\"']?[ \t]*(?=\r?\n)"
 )
 # The most blanks between words, as patterns look at each of them many times; more say nothing.
 LONGEST_GAP = 20
@@ -88,7 +105,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = sorted({folded(name) for name in known}, key=len, reverse=True)
     text = _LONG_GAP.sub(" " * LONGEST_GAP, text)
-    text = re.sub(r"(?im)^([^\S\n]*answers[^\S\n]*)=", r"\1:", text.removeprefix("\ufeff"))
+    text = text.removeprefix("\ufeff").replace("：", ": ")
+    text = re.sub(r"(?im)^([^\S\n]*answers[^\S\n]*)=", r"\1:", text)
     if table := _HEADS.match(text):
         text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
     lines = _QUOTED.sub(_literal, text).splitlines()
@@ -121,40 +139,83 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
 def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
     """The lines as they are, and with `name: answer` in place of bullets, headings, bold letters and tables.
 
-    What stands below a heading is its answer. A dash behind a name may be a minus sign: it counts if all
-    names without other marks have one. The likelier form comes first: bullets may be the list that is an
-    answer.
+    What stands below a heading is its answer. The likelier form comes first: bullets may be the list that
+    is an answer.
     """
-    found: dict[int, re.Match[str]] = {}
-    for place, line in enumerate(lines):
-        match = _DRESSED.fullmatch(line.rstrip())
-        if match is None or folded(match["name"]) not in names:
-            continue
-        is_comment = match["marks"].strip() == "#" and match["rest"]
-        is_told = match["end"] or match["dash"] or match["word"] or _is_plain(match["name"], match["rest"])
-        if not is_comment and (is_told or not _BULLET.match(match["marks"])):
-            found[place] = match
-    bare = {place: match for place, match in found.items() if not any(match.group("marks", "word", "open"))}
-    is_dashed = len(bare) > 1 and all(match["dash"] for match in bare.values())
-    is_table = any("|" in match["marks"] for match in found.values())
+    found, bare = _named(lines, names)
+    is_table = any("|" in match.group("marks", "end") for match in found.values())
     undressed, margin = list[str](), ""
     for place, line in enumerate(lines):
         match = found.get(place)
-        if match and (is_dashed or place not in bare):
-            rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
-            undressed.append(f"{match['indent']}{match['name']}: {rest}")
-            margin = "" if _BULLET.match(match["marks"]) else "  "
-        elif not (is_table and line.lstrip().startswith("|")):
+        if match:
+            rest = match["rest"].removesuffix("|").strip() if is_table else match["rest"]
+            rest = "" if _is_title(match, lines, place) else rest
+            undressed.append(f"{match['indent']}{_spelled(match['name'], names)}: {rest}")
+            margin = "" if rest or _BULLET.match(match["marks"]) else "  "
+        elif (is_table and line.lstrip().startswith("|")) or (place - 1 in found and _RULE.fullmatch(line)):
+            undressed.append("")
+        else:
+            margin = "" if place in bare and bare[place]["end"] == ":" else margin
             undressed.append(margin + line)
+    headings = [match for match in found.values() if not _BULLET.match(match["marks"])]
     if undressed == lines:
         return [lines]
-    has_bullets = any(_BULLET.match(match["marks"]) for match in found.values())
-    return [lines, undressed] if has_bullets else [undressed, lines]
+    if len(headings) > 1:
+        return [undressed]
+    return [undressed, lines] if len(headings) == len(found) else [lines, undressed]
+
+
+_Lines: TypeAlias = dict[int, re.Match[str]]
+
+
+def _named(lines: list[str], names: Collection[str]) -> tuple[_Lines, _Lines]:
+    """The lines that begin with the name of a question in some dress, and those with the bare name.
+
+    A dash behind a name may be a minus sign: it counts if all bare names have one. A dot or a bracket counts
+    if a name stands alone with it, above its answer, and there are no headings. Rows of a table may be a
+    matrix: they count if they name more questions than all else.
+    """
+    parts = [re.sub(r"([0-9])([a-z]+)$", r"\1[\\s.]*(?:\2|\\(\2\\))", re.escape(name)) for name in names]
+    pattern = re.compile(_DRESSED.replace("<names>", "|".join(parts) or r"\b\B"))
+    found, bare, rows = _Lines(), _Lines(), _Lines()
+    for place, line in enumerate(lines):
+        match = pattern.fullmatch(line.rstrip())
+        if match is None or (match["marks"].strip() == "#" and match["rest"]):
+            continue
+        is_told = any(match.group("end", "dash", "open")) or _is_plain(match["name"], match["rest"])
+        if match["word"] and not match["end"]:
+            is_told = not (match["word"].endswith(" ") and _SENTENCE.match(match["rest"]))
+        if is_told or (match["marks"] and not _BULLET.match(match["marks"])):
+            is_row = "|" in match["marks"] or (match["end"] == "|" and match["rest"])
+            is_bare = folded(match["name"]) in names and not any(match.group("marks", "word", "open"))
+            (rows if is_row else bare if is_bare else found)[place] = match
+    closed = {place: match for place, match in bare.items() if match["end"] in (".", ")")}
+    if len(bare) > 1 and all(match["dash"] for match in bare.values()):
+        return found | bare, {}
+    if not found and not all(match["rest"] for match in closed.values()):
+        found = closed
+    if len(rows) > len(found) + sum(match["end"] is not None for match in bare.values()):
+        found = rows
+    return found, bare
+
+
+def _spelled(name: str, names: Collection[str]) -> str:
+    """The name of a question, which is `1a` also where `1 (a)` or `1.a` is written."""
+    return name if folded(name) in names else re.sub(r"[\s.]*\(?([^\W\d]+)\)?$", r"\1", name)
+
+
+def _is_title(match: re.Match[str], lines: Sequence[str], place: int) -> bool:
+    """Whether the words in a heading are a title, as something else than a sentence is below."""
+    is_heading = "#" in match["marks"] or match["rest"].endswith("**")
+    if not (is_heading and _SENTENCE.match(match["rest"])) or "=" in match["rest"]:
+        return False
+    below = next((lines[after] for after in range(place + 1, len(lines)) if lines[after].strip()), "#")
+    return not below.startswith("#") and not _SENTENCE.match(below)
 
 
 def _answered(entries: Sequence[_Entry], stray: Sequence[str], names: Collection[str]) -> int:
     """How many questions have an answer; none where other lines stand beside few of them, as in prose."""
-    given = {folded(entry.name) for entry in entries if not entry.is_begun}
+    given = {folded(entry.name) for entry in entries if not entry.is_empty}
     number = sum(name in given for name in names)
     return 0 if stray and 2 * number < len(names) else number
 
@@ -187,21 +248,27 @@ class _Entry:
     number: int
     indent: int
     lines: list[str]
+    depth: int = -1  # the indentation of what stands below the name
     brackets: int = 0  # those that are open
     braces: int = 0
 
     def add(self, line: str) -> None:
+        if self.lines and line.strip() and self.depth < 0:
+            self.depth = len(line) - len(line.lstrip())
         self.lines.append(line)
         self.brackets += sum(map(line.count, "([")) - sum(map(line.count, ")]"))
         self.braces += line.count("{") - line.count("}")
 
     @property
-    def is_begun(self) -> bool:
+    def is_empty(self) -> bool:
         """Whether nothing stands behind the name as yet."""
         return not any(line.strip() for line in self.lines)
 
     def value(self) -> Tree | Unreadable:
         """The answer, as YAML or else as text."""
+        labels = [place for place, line in enumerate(self.lines) if _LABEL.match(line)]
+        if labels:  # what stands above is the question
+            self.lines = [_LABEL.sub("", self.lines[labels[0]]), *self.lines[labels[0] + 1 :]]
         texts = [text for line in self.lines if (text := re.sub(r"(^|\s)#.*", "", line).strip())]
         try:
             tree = tree_of("x: " + "\n ".join(self.lines) + "\n")["x"]
@@ -211,7 +278,7 @@ class _Entry:
                 return Unreadable(finding.code, f"line {self.number}: {finding.detail.partition(': ')[2]}")
             is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
             return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
-        if isinstance(tree, dict) and list(map(str.lower, tree)) == ["answer"]:
+        if isinstance(tree, dict) and len(tree) == 1 and _ANSWER.issuperset(map(str.lower, tree)):
             return next(iter(tree.values()))
         is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
         # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
@@ -226,23 +293,35 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
     `names` are those of the questions, the longest first. Raises Unreadable for too many.
     """
     entries, stray = list[_Entry](), list[str]()
+    is_aside = is_apart = False
     for number, raw in enumerate(lines, first):
         line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
         text = line.lstrip(" ")
         indent = len(line) - len(text)
         last = entries[-1] if entries else None
         is_silent = _SILENT.match(text) is not None
-        is_below = last is not None and not last.lines[0].strip()
+        is_below = last is not None and not last.lines[0].strip() and not last.indent >= indent < last.depth
         head = None if is_silent else _head(text, names, is_below=is_below)
+        # What begins as a sentence is no answer, up to the end of its paragraph.
+        is_said = _SENTENCE.match(text) is not None or (len(text) > 1 and text.rstrip(".,!:").isalpha())
+        is_begun = last is not None and not last.is_empty
+        is_aside = bool(text) and (is_aside or (is_said and is_apart and is_begun))
         if last is not None:
             # A key begins the next answer, unless a brace is open.
             is_inside = last.brackets + last.braces > 0 and not (_KEY.match(text) and last.braces <= 0)
             # A question stands by itself, however deep.
             is_question = head and not is_below and folded(head[0]) in names
-            is_lead = head is None and (last.is_begun or _GOES_ON.match(text))
-            if is_silent or is_inside or (indent > last.indent and not is_question) or is_lead:
-                last.add(line)
+            is_deeper = indent > last.indent and not is_question
+            # An equation goes on with another one, and a formula behind an operator.
+            is_formula = ("=" in text and "=" in last.lines[0]) or last.lines[-1].endswith(tuple("+-*/="))
+            is_more = is_below or (is_formula and not is_apart)
+            is_lead = head is None and (last.is_empty or _GOES_ON.match(text) or (is_more and not is_said))
+            is_label = head and folded(head[0]) in _ANSWER.difference(names)
+            if is_silent or is_inside or is_label or (not is_aside and (is_deeper or is_lead)):
+                last.add("" if text.rstrip() in ("---", "...") else line)
+                is_apart = not text
                 continue
+        is_aside, is_apart = head is None, not text
         if head is not None:
             depth = indent if last is None else min(indent, last.indent)
             entries.append(_Entry(head[0], number, depth, []))
@@ -256,12 +335,14 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
 
 def _head(text: str, names: Sequence[str], *, is_below: bool) -> tuple[str, str] | None:
     """The name at the beginning of a line, and what is behind it; `is_below`: a name alone stands above."""
-    plain = text.lstrip("\"'")
+    plain = text.lstrip("\"'“„")
     for name in names:
         if plain[: len(name)].casefold() == name:
-            behind = plain[len(name) :].lstrip("\"'")
-            mark = re.match(r"\s*[:=]\s*|[.)]\s+|\s+(?=\S)", behind)
-            if mark and (mark[0].strip() or _is_plain(name, behind[mark.end() :])):
+            behind = plain[len(name) :].lstrip("\"'”“")
+            mark = re.match(r"\s*(?:[:=]=?>?|->|→)\s*|[.)]\s+|\s+(?=\S)", behind)
+            if is_below and mark and mark[0].strip(" .)") == "":
+                return None  # a row of a matrix, or an item of a list
+            if mark and (mark[0].strip(" ") or _is_plain(name, behind[mark.end() :])):
                 return plain[: len(name)], behind[mark.end() :]
     name, colon, behind = text[:100].partition(":")
     name = "" if is_below and _BULLET.match(text) else name.strip().strip("\"'")

@@ -74,6 +74,14 @@ def test_files_of_many_forms(text: str, expected: Tree) -> None:
     assert read(text) == expected
 
 
+@pytest.mark.parametrize(
+    ("known", "text", "expected"),
+    rows_of(__file__, "files as people write them"),
+)
+def test_files_as_people_write_them(known: list[str], text: str, expected: Tree) -> None:
+    assert {name: answer for name, answer in read(text, known).items() if answer is not None} == expected
+
+
 def test_a_line_that_is_no_answer_is_told_and_takes_nothing_along() -> None:
     found, notes = read_answers("answers:\n  a: 1\n  I could not do b\n  c: 2\n", KNOWN)
     assert found == {"a": "1", "c": "2"}
