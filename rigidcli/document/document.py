@@ -22,7 +22,7 @@ from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
 from rigidcli.fields.section import Elsewhere, Section, SectionChoice, Title, optional
-from rigidcli.fields.words import keys_called, list_meant, not_one_of
+from rigidcli.fields.words import HINTS, folded, keys_called, list_meant, not_one_of
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
@@ -133,7 +133,8 @@ class Document(Section):
     @classmethod
     def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
         place = cls._place_of(key, raw)
-        if not place or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
+        is_told = key not in places() and folded(key) in HINTS
+        if not place or is_told or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
             return None
         name, *inner = place
         value = "..."

@@ -36,8 +36,12 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
-            if len(read) == 1 and isinstance(read[0], str) and (meant := words.list_meant(read[0])):
-                problem.hint = f"write `{meant}`"
+            entries = read[0] if len(read) == 1 else None
+            if isinstance(entries, str):
+                entries = re.split(r"\s*[,;]\s*|\s+", entries.strip())
+            if isinstance(entries, list) and len(entries) == last + 1:
+                problem.hint = f"write `{in_yaml(entries)}`"
+                explained = {place: each for place, each in explained.items() if place[0][:-1] != path[:-1]}
             if len(read) == 2 and isinstance(read[1], list) and len(read[1]) == last:
                 problem.hint = f"write `{in_yaml([read[0], *read[1]])}`"
         elif kind == "missing":
@@ -80,9 +84,11 @@ def _by_text(key: str, read: str, message: str) -> str | None:
         rows = re.findall(r"\[[^]]*\]", read)
         return f"[{', '.join(rows)}]"
     if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
-        return f"[{read}]"
+        return f"[{read}, 0, 0]"
     bare = _MODULES.sub("", read)
     is_function = bare != read and "expected a list" not in message
+    if ":" in read and not re.search("time|duration|step|period", key):
+        return None
     return words.value_meant(key, read) or (bare if is_function else _number_meant(read, message))
 
 
@@ -318,6 +324,8 @@ def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
     if opened:
         number, place, sign = opened[-1]
         hint = f"close the bracket by `{_PAIRS[sign]}`"
+        if re.search(r"\s#.*" + re.escape(_PAIRS[sign]), lines[number]):
+            hint += ", before `#`: what stands behind it is a comment"
         return Slip(number + 1, place + 1, f"this `{sign}` is not closed", hint)
     before = re.search(r"[\w.]*\W*$", lines[line][:column])
     start = column if before is None or lines[line][column : column + 1] != ":" else before.start()
