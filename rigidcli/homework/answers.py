@@ -185,6 +185,7 @@ def _named(lines: list[str], names: Collection[str]) -> tuple[_Lines, _Lines]:
         is_told = any(match.group("end", "dash", "open")) or _is_plain(match["name"], match["rest"])
         if match["word"] and not match["end"]:
             is_told = not (match["word"].endswith(" ") and _SENTENCE.match(match["rest"]))
+        is_told = is_told or match["marks"].endswith(("*", "_", "`"))
         if is_told or (match["marks"] and not _BULLET.match(match["marks"])):
             is_row = "|" in match["marks"] or (match["end"] == "|" and match["rest"])
             is_bare = folded(match["name"]) in names and not any(match.group("marks", "word", "open"))
@@ -248,7 +249,7 @@ class _Entry:
     number: int
     indent: int
     lines: list[str]
-    depth: int = -1  # the indentation of what stands below the name
+    depth: int = -1  # the indentation of what stands below the name, if anything does
     brackets: int = 0  # those that are open
     braces: int = 0
 
@@ -262,7 +263,7 @@ class _Entry:
     @property
     def is_empty(self) -> bool:
         """Whether nothing stands behind the name as yet."""
-        return not any(line.strip() for line in self.lines)
+        return self.depth < 0 and not self.lines[0].strip()
 
     def value(self) -> Tree | Unreadable:
         """The answer, as YAML or else as text."""
@@ -302,9 +303,12 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
         is_silent = _SILENT.match(text) is not None
         is_below = last is not None and not last.lines[0].strip() and not last.indent >= indent < last.depth
         head = None if is_silent else _head(text, names, is_below=is_below)
+        if last is not None and last.is_empty and head and re.match(rf"{re.escape(last.name)}\s*=", text):
+            head = None  # `T = 3 s` below `T:` is its answer
         # What begins as a sentence is no answer, up to the end of its paragraph.
-        is_said = _SENTENCE.match(text) is not None or (len(text) > 1 and text.rstrip(".,!:").isalpha())
-        is_begun = last is not None and not last.is_empty
+        is_word = len(text) > 1 and text.rstrip(".,!:").isalpha()
+        is_said = is_word or ("=" not in text and _SENTENCE.match(text) is not None)
+        is_begun = last is not None and not last.is_empty and not last.lines[0].startswith(("|", ">"))
         is_aside = bool(text) and (is_aside or (is_said and is_apart and is_begun))
         if last is not None:
             # A key begins the next answer, unless a brace is open.
