@@ -43,9 +43,9 @@ _OTHER = "|".join(sorted({*CALLED, *CONSTANTS, "e"} - {"sec"}))
 _WORD = re.compile(rf"{UNSIGNED}|(?:{_OTHER})(?![^\W\d])|{units.UNIT_NAME}")
 MOST_SPELLINGS = 8  # the most readings of the units in one formula
 MOST_MEANINGS = 1000  # the most ways to take the letters of one formula as the quantities they usually are
-__COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
-_UNIT_BEGINS = rf"[(\[]*(?!{__COUNTED})[^\W\d_]|[°%]"
-_PER = rf"/\s*(?!{__COUNTED})[^\W\d_]"
+_COUNTED = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
+_UNIT_BEGINS = rf"[(\[]*(?!{_COUNTED})[^\W\d_]|[°%]"
+_PER = rf"/\s*(?!{_COUNTED})[^\W\d_]"
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{typed.DECIMAL}))"
     r"(?:(?:e|\s?E)(?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)(?(open)\s*\)))?+"
@@ -477,7 +477,7 @@ def may_be_in(units: Sequence[Unit], formula: tree.Node) -> bool:
 
 
 # A number before letters, but for `1/f` and `2 pi/T`; a sum, or a function.
-_NO_PRODUCT = re.compile(rf"(?<![\w^.])(?!1\s*/|2[\s*]*pi)[\d.]|[-+]|(?!pi){__COUNTED}")
+_NO_PRODUCT = re.compile(rf"(?<![\w^.])(?!1\s*/|2[\s*]*pi)[\d.]|[-+]|(?!pi){_COUNTED}")
 
 
 def is_product_in(side: str, unit: Unit) -> bool:
