@@ -36,26 +36,16 @@ _KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
 # A number that may be the name of a question, with `=`, a dot, or a blank behind it.
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
 # Words with which an answer is announced.
-_ANSWER = frozenset(
-    [
-        "answer",
-        "answers",
-        "antwort",
-        "lösung",
-        "réponse",
-        "respuesta",
-        "result",
-        "results",
-        "solution",
-        "value",
-    ]
-)
+_ANSWER = frozenset([
+    "answer", "answers", "antwort", "lösung", "réponse", "respuesta", "result", "results", "solution",
+    "value",
+])  # fmt: skip
 # A line that begins with one of the `<names>` in a bullet, a list, a heading, bold letters or a table.
 _DRESSED = rf"""(?xi) (?P<indent>\s*+)
     (?P<marks>(?: [-*•+>]\s++ | [0-9]{{1,3}}[.)]\s++(?=[*_`]*+[\w.-]+[*_`]*+\s*[:=]) | \#++\s*+
         | [*_`]++ | (?P<pipe>\|)\s*+ )*+)
     (?P<word>(?:(?:my|the|to|for|of|zu|zur|question|problem|exercise|task|part|aufgabe|frage|teil|übung|exercice
-        |ejercicio|pregunta|ans|ex|nr|no|id|q|{"|".join(_ANSWER)}) [.:_-]?\s*+)*?)
+        |ejercicio|pregunta|ans|ex|nr|no|id|q|{"|".join(sorted(_ANSWER))}) [.:_-]?\s*+)*?)
     (?P<open>\()? (?P<name><names>) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S|\Z))?
     \s*[*_`]*+\s* (?P<end>[:=]=?>?|->|→|[.)|])? \s*[*_`]*+ (?=\s|\Z|(?(pipe)(?<=\|)|\b\B)) \s* (?P<rest>.*)"""
 _BULLET = re.compile(r"(?:[-*•+]|[0-9]+[.)])\s")  # of a list, which may be numbered
@@ -63,11 +53,11 @@ _BEGINNING = re.compile(r"[-+~]?[0-9.\[({\\$]")  # of a number, a list or a form
 # The beginning of a sentence: two words in a row, of the first four.
 _SENTENCE = re.compile(r"(?:\w+ ){0,2}[^\W\d_]{2,} [^\W\d_]{2,}")
 _RULE = re.compile(r"\s*(?:[-=|:+]\s*){3,}")  # of a table, or below a heading
-_LABEL = re.compile(rf"(?i)\s*[*_]*(?:{'|'.join(_ANSWER)})[*_]*:[*_]*(?:\s+|$)")
+_LABEL = re.compile(rf"(?i)\s*[*_]*(?:{'|'.join(sorted(_ANSWER))})[*_]*:[*_]*(?:\s+|$)")
 # The heads of a table of csv that has a question and its answer in each line.
 _HEADS = re.compile(
     r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
-    rf"\s*[\"']?(?:{'|'.join(_ANSWER)})[\"']?[ \t]*(?=\r?\n)"
+    rf"\s*[\"']?(?:{'|'.join(sorted(_ANSWER))})[\"']?[ \t]*(?=\r?\n)"
 )
 # The most blanks between words, as patterns look at each of them many times; more say nothing.
 LONGEST_GAP = 20
