@@ -173,17 +173,25 @@ HOSTILE = {
 }
 
 
+def _second() -> float:
+    """A second of processor time; more on a slow or shared processor, by what counting takes there."""
+    start = time.process_time()
+    sum(k * k for k in range(1_000_000))
+    return max(1.0, (time.process_time() - start) / 0.1)
+
+
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE.keys())
 def test_any_text_is_accepted_or_refused_within_a_second_and_tidied_in_two(text: str) -> None:
-    start, e = time.process_time(), None
+    second, e = _second(), None
+    start = time.process_time()
     with contextlib.suppress(ExpressionError):
         e = exact(text)
-    assert time.process_time() - start < 1.0
+    assert time.process_time() - start < second
     if e is not None:
         start = time.process_time()
         with contextlib.suppress(ExpressionError, ComputationError):
             tidy(e)
-        assert time.process_time() - start < 2.0
+        assert time.process_time() - start < 2 * second
 
 
 def test_a_result_of_pages_is_refused() -> None:
