@@ -80,13 +80,13 @@ def at_points(formula: BoundExpression, points: Floats) -> Floats:
     return values(formula.expression.root, formula, places(Spot(x, y, z, 1), (0, 0, 0)))
 
 
-def require_density(density: Floats, at: Floats, least: float, unit: str, body: str) -> None:
+def require_density(density: Floats, at: Floats, least: float, unit: str) -> None:
     """Raise ValueProblem if a density (n) at places (3 by n, m) is below the `least`, or has no value."""
     if not (density >= least).all():
         worst = int(np.argmin(density))
         value, where = density[worst], place_text(at[:, worst], np.abs(at).max() or 1)
         what = f"negative ({value:.6g} {unit})" if np.isfinite(value) else "without a value"
-        raise ValueProblem(f"the density is {what} at x, y, z = {where} m of the {body}", path=("density",))
+        raise ValueProblem(f"the density is {what} at x, y, z = {where} m of the shape", path=("density",))
 
 
 def place_text(place: Floats, size: float) -> str:

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidcli.bodies import cubature
-from rigidcli.bodies.charts import Chart, gauss, right_angles, simplex
+from rigidcli.bodies.charts import Chart, right_angles
 from rigidcli.bodies.cubature import Peaks
 from rigidcli.bodies.density import (
-    FIRST,
     NEGATIVE,
-    SECOND,
     VARIABLES,
-    at_points,
     centred,
     places,
     require_density,
     values,
 )
 from rigidcli.core import tensor
-from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
+from rigidcli.core.arithmetic import EPS, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError
 from rigidcli.fields.environment import BoundExpression
@@ -32,7 +28,6 @@ from rigidcli.language import tree
 from rigidcli.language.expression import array
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.mesh_files import Checked
     from rigidcli.bodies.primitives import Figure
 
 # Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid.
@@ -46,8 +41,6 @@ LAST_STEP = 1e-8  # the last step of a search, in units of the box: shorter than
 STEP_FROM_POINT = 1e-6  # how far beside a point without a value a density is looked at, in units of the box
 # The highest degree of a polynomial for which a product rule is small: 23 by 46 by 38 nodes in a ball.
 HIGHEST_DEGREE = 30
-# The most points at which a polynomial is worked out in a mesh, which takes some three seconds.
-MOST_POINTS = 50_000_000
 KINKED = ("abs", "sign", "atan2")  # functions that have a kink or a jump where their argument is zero
 WORST_ERROR = 1e-4  # the largest relative error that an answer may have
 
@@ -66,16 +59,6 @@ def integrated(density: BoundExpression, figure: Figure, unit: str, n: Arithmeti
     size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
     looked = looked_at(density, figure.charts(), unit)
     parts = [part.moments(about, np.where(size > 0, size, 1.0)) for part in looked]
-    return _properties(parts, np.zeros(3), about, size)
-
-
-def _properties(
-    parts: Sequence[tuple[Floats, float]], origin: Floats, about: Floats, size: Floats
-) -> MassProperties:
-    """Mass properties from integrals (10) over parts, with the errors of their masses (kg).
-
-    Places are seen from `about` (3, m), itself seen from the `origin` (3, m), in units of the `size` (3, m).
-    """
     mass, centre, sums = centred(np.sum([integrals for integrals, _ in parts], axis=0))
     error = float(sum(own for _, own in parts) / mass)
     if not error <= WORST_ERROR:
@@ -86,67 +69,10 @@ def _properties(
     np.fill_diagonal(sums, np.maximum(sums.diagonal(), 0.0))
     squares = np.outer(size, size)
     # Coordinates and products that the error of the integrals may have made are zero.
-    com = tensor.rounded_off(origin + about + size * centre, error * float(np.linalg.norm(size)))
+    com = tensor.rounded_off(about + size * centre, error * float(np.linalg.norm(size)))
     central = tensor.from_second_moments(1, sums * squares)
     central = tensor.rounded_off(central, error * mass * squares * (1 - tensor.IDENTITY))
     return MassProperties(float(mass), com, central, integrated=error)
-
-
-def of_mesh(
-    formula: BoundExpression, mesh: Checked, unit: float, contains: Callable[..., Mask]
-) -> MassProperties:
-    """Mass properties of a mesh with a density that varies, along the axes of its file, in a `unit` (m).
-
-    Each triangle and a central point are the corners of a tetrahedron, whose volume is negative where the
-    triangle is seen from outside. What sticks out of the body counts as often with one sign as with the
-    other. So the sums are right for a polynomial on any closed surface. In a tetrahedron Gauss's rule is
-    exact: the conical product of A. Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.5.
-    `contains` says which points (x, y, z in m) are inside.
-
-    Raises ValueProblem for a density that no body has, and ComputationError for one that is no polynomial.
-    """
-    from rigidcli.bodies.mesh_geometry import blocks  # a density of a shape needs none of it
-
-    surface = mesh.surface
-    degree = degree_of(formula)
-    if degree is None:
-        raise ComputationError(
-            "a density inside a mesh is a polynomial in x, y, z, r**2 and s**2, and this is none",
-            hint="cut the mesh into `parts`, each with a density of its own, or describe it by shapes",
-        )
-    rule = [gauss((degree + power) // 2 + 1) for power in (4, 3, 2)]  # with places and the measure
-    nodes, weights = cubature.product_rule(rule)
-    if weights.size * surface.triangles > MOST_POINTS:
-        raise ComputationError(
-            f"{surface.triangles:,} triangles are too many for a density of degree {degree}",
-            hint="simplify the mesh",
-        )
-    corner = simplex(np.eye(4, 3, -1), 1 / 6, FLOAT)
-    low, high = surface.box * unit
-    net = low[:, None] + (high - low)[:, None] * corner.net(POINTS_OF_NET)
-    vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in blocks(surface.corners))
-    highest = 0.0
-    for points in chain(vertices, [net[:, contains(*net)]]):
-        density = at_points(formula, points)
-        highest = max(highest, float(density.max(initial=0.0)))
-        require_density(density, points, -NEGATIVE * highest, "kg/m^3", "mesh")
-    apex, size = surface.origin + surface.centre, np.sqrt(3 * surface.second.diagonal()) * unit
-    spot = corner.at(nodes)
-    shares, weights = np.array([spot.x, spot.y, spot.z]).T, weights * spot.measure
-    moments = np.zeros((4, 4))
-    for block in blocks(surface.corners):
-        corners = (block - apex[:, None]) * unit  # in this order, for meshes far from their origin
-        volumes = (corners[0] * np.cross(corners[1], corners[2], axis=0)).sum(axis=0)
-        for share, weight in zip(shares, weights, strict=True):
-            offset = np.tensordot(share, corners, axes=1)
-            mass = weight * volumes * at_points(formula, offset + apex[:, None] * unit)
-            factors = np.vstack([np.ones_like(mass), offset / size[:, None]])
-            moments += (mass * factors) @ factors.T
-    moments *= -1 if mesh.is_inward else 1
-    # Rounded places change the density, the more so the farther the mesh is from its origin.
-    rounding = EPS * (surface.cancelled + degree * np.abs(surface.box).max() / surface.size)
-    error = rounding * highest * abs(surface.volume) * unit**3
-    return _properties([(moments[FIRST, SECOND], error)], apex * unit, np.zeros(3), size)
 
 
 def degree_of(formula: BoundExpression, r: int | None = None, s: int | None = None) -> int | None:
@@ -244,7 +170,7 @@ class ChartPart:
             steps = STEP_FROM_POINT * np.where(points < 0.5, 1, -1) * (1 + np.arange(len(points)))[:, None]
             beside = values(self.root, self.formula, self.at(points + steps, self.nodes)[1])
             density = np.where(np.isnan(density), beside, density)
-        require_density(density, place, self.least, self.unit, "shape")
+        require_density(density, place, self.least, self.unit)
         with np.errstate(invalid="ignore"):  # where a density without bounds meets a vanishing measure
             return density * measure, place
 

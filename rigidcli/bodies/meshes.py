@@ -13,7 +13,7 @@ from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass, Scale
@@ -37,6 +37,13 @@ def _enclosing(path: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def _uniform(density: Scalar | BoundExpression) -> Scalar:
+    if isinstance(density, BoundExpression):
+        hint = "cut it into `parts`, each with a density of its own, or describe it by shapes"
+        raise ValueProblem("the density of a mesh is a number, and does not vary in it", hint=hint)
+    return density
+
+
 class Mesh(Form):
     """What is inside a closed surface of triangles from a file, such as .stl or .obj."""
 
@@ -51,8 +58,8 @@ class Mesh(Form):
     )
     scale: Scale | None = Field(default=None, description="The unit of the file's coordinates; default 1 m")
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
-    density: Annotated[Scalar | BoundExpression, Density(DENSITY, "positive")] | None = Field(
-        default=None, description="A number (kg/m^3), or an expression in x, y, z, r, s of the file"
+    density: Annotated[Scalar, Density(DENSITY, "positive"), AfterValidator(_uniform)] | None = Field(
+        default=None, description="Mass per volume (kg/m^3), the same everywhere in the mesh"
     )
     anchor: Literal["com"] | None = Field(
         default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
@@ -120,9 +127,7 @@ class Mesh(Form):
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        if self.mass is None and not isinstance(self.density, BoundExpression):
-            return self.density or 0
-        return (self.local(n).mass or 0) / self.volume
+        return (self.density or 0) if self.mass is None else (self.local(n).mass or 0) / self.volume
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""
@@ -135,21 +140,12 @@ class Mesh(Form):
                 f"a mesh has no exact results: {self.mesh.name}",
                 hint="leave out `--exact` and give every parameter a value",
             )
-        if isinstance(self.density, BoundExpression):
-            return self._of_field
         surface, unit = self.checked.surface, self.unit
         mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.volume
         spread = np.sqrt(np.maximum(surface.second.diagonal(), 0))
         rounding = tensor.ROUNDING_OF_SUM * surface.cancelled * np.outer(spread, spread)
         central = tensor.from_second_moments(mass * unit**2, tensor.rounded_off(surface.second, rounding))
         return mass_properties.MassProperties(mass, (surface.origin + surface.centre) * unit, central)
-
-    @cached_property
-    def _of_field(self) -> mass_properties.MassProperties:
-        from rigidcli.bodies.density_integrals import of_mesh
-
-        assert isinstance(self.density, BoundExpression)
-        return of_mesh(self.density, self.checked, self.unit, self.contains)
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""

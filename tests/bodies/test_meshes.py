@@ -507,3 +507,8 @@ def test_faces_with_many_vertices_other_keys_and_all_orders_of_bytes(tmp_path: P
         (tmp_path / f"{name}.ply").write_bytes(start.encode() + data)
     for name in ("a.obj", "b.ply", "c.ply"):
         np.testing.assert_allclose(body(tmp_path / name)["mass"], 6000, rtol=1e-15, err_msg=name)
+
+
+def test_the_density_of_a_mesh_does_not_vary(tmp_path: Path) -> None:
+    said = refusal(saved(tmp_path / "a.stl", box((0, 0, 0), (1, 1, 1))), "density: 1 + x")
+    assert "body.density: the density of a mesh is a number" in said
