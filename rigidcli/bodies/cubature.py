@@ -2,16 +2,14 @@
 
 The box is cut in smaller ones, which have products of Gauss's rules. Those with the largest error indicators
 are halved, which are the highest coefficients of the function in Legendre's polynomials; and before them
-those that have no node near a known peak. Where the function has kinks or jumps, the integral along one
-coordinate is taken first, on lines that are cut there. All is done twice with different points: the error is
-ten times the difference, or thirty times beside kinks.
+those that have no node near a known peak. All is done twice with different points: the error is ten times
+the difference, or forty times where the function has kinks or jumps, of which both rules may miss some.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 from itertools import product
 from typing import NamedTuple, TypeAlias
 
@@ -23,7 +21,7 @@ from rigidcli.core.arithmetic import EPS, Floats, Mask
 
 Indices: TypeAlias = NDArray[np.intp]
 
-# Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign.
+# Values (n, or c by n) at points (d by n) of the unit box.
 Function: TypeAlias = Callable[[Floats], Floats]
 # The relative error that is small enough after so many points; it grows as the square of their number.
 ERROR_AT_FIRST, FIRST_POINTS = 3e-13, 40_000
@@ -31,12 +29,8 @@ ERROR_AT_FIRST, FIRST_POINTS = 3e-13, 40_000
 HOPELESS_ERROR, POINTS_BEFORE_GIVING_UP = 0.01, 600_000
 MOST_POINTS = 2_400_000  # the most points of an integral, which take some seconds
 NODES_OF_SIDE = 8  # Gauss's nodes along each side of a box in the first run; the second run has one more
-# Gauss's nodes on each piece of a line in the first run, and the number of points that a line costs.
-NODES_OF_PIECE, COST_OF_LINE = 18, 50
-# Places along a line at which kinks are looked for, in each run: different, so that few pass by both.
-LOOKS_ALONG_LINE = (15, 18)
 POINTS_AT_ONCE = 30_000  # the most points worked at a time, which bounds the memory
-SHORTEST = 1e-13  # the shortest side of a box and piece of a line: below it is the rounding of a place
+SHORTEST = 1e-13  # the shortest side of a box: below it is the rounding of a place
 # The fraction of a box's error indicator that its halves inherit, as they may miss what it saw. Where the
 # function is smooth, its highest coefficients fall by 2^-8.
 INHERITED = 1e-3
@@ -90,53 +84,42 @@ class Boxes(NamedTuple):
     first: Floats
     second: Floats
 
-    def halved(self, runs: Sequence[Function], peaks: Peaks, chosen: Indices, sides: Indices) -> Boxes:
+    def halved(self, f: Function, peaks: Peaks, chosen: Indices, sides: Indices) -> Boxes:
         """The boxes with the `chosen` ones (k) halved, each along one of its `sides` (k)."""
         column, side = np.arange(2 * chosen.size), sides.repeat(2)
         low, size, indicator = (part[:, chosen].repeat(2, axis=1) for part in self[:3])
         size[side, column] /= 2
         low[side, column] += size[side, column] * (column % 2)
-        halves = _in_boxes(runs, peaks, low, size, INHERITED * indicator)
+        halves = _in_boxes(f, peaks, low, size, INHERITED * indicator)
         parts = zip(self, halves, strict=True)
         return Boxes(*(np.hstack([np.delete(old, chosen, 1), new]) for old, new in parts))
 
 
 def integral(
-    f: Function, kinks: Sequence[Function], peaks: Peaks, pieces: Sequence[int], cost: int
+    f: Function, peaks: Peaks, pieces: Sequence[int], cost: int, *, is_kinked: bool
 ) -> tuple[Floats, float]:
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
     The box is first cut in so many `pieces` along each coordinate. The error is infinite while a box is blind
-    to one of the `peaks`, which are not looked at beside `kinks`. A value of `f` counts as `cost` points.
+    to one of the `peaks`. A value of `f` counts as `cost` points. A function with kinks or jumps `is_kinked`.
     """
-    runs: tuple[Function, ...] = f, f
-    margin, enough = 10.0, ERROR_AT_FIRST
-    if kinks:
-        # Both runs may pass by the same edge of a kink.
-        cost, margin, enough = cost * COST_OF_LINE, 30.0, 1e4 * ERROR_AT_FIRST
-        lines = np.random.default_rng(1).random((len(pieces), 64))
-        looks = LOOKS_ALONG_LINE[0]
-        cuts = [[_crossings(kink, k, lines, looks) for kink in kinks] for k in range(len(pieces))]
-        along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
-        # A root of the function may come near a line without crossing it: short pieces bear that better.
-        ends = np.linspace(0, 1, 1 + 4 * pieces[along])
-        runs = tuple(partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1))
-        pieces = [*pieces[:along], *pieces[along + 1 :]]
-        none = np.empty((len(pieces), 0))
-        peaks = Peaks(peaks.height, none, none > 0)
+    margin, enough = (40.0, 1e4 * ERROR_AT_FIRST) if is_kinked else (10.0, ERROR_AT_FIRST)
     depth = len(pieces)
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
     low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
-    boxes = _in_boxes(runs, peaks, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
+    boxes = _in_boxes(f, peaks, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
     points = cost * NODES_OF_SIDE**depth
     used = points * boxes.low.shape[1]
     while True:
-        one, two = boxes.first.sum(axis=1), boxes.second.sum(axis=1)
+        two = boxes.second.sum(axis=1)
         indicator = np.where(boxes.size > SHORTEST, boxes.indicator, 0.0)
         indicator[boxes.unseen] = AT_ONCE
         worst = indicator.max(axis=0, initial=0.0)
         with np.errstate(all="ignore"):
-            error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))
+            # Beside kinks the differences have any sign, and their sum may be small by chance.
+            gaps = boxes.second - boxes.first
+            gap = max(np.abs(gaps.sum(axis=1)).max(), np.linalg.norm(gaps, axis=1).max())
+            error = float(np.nan_to_num(margin * gap / abs(two[0]), nan=np.inf))
         error = np.inf if boxes.unseen.any() else max(error, EPS)
         is_small = used > FIRST_POINTS and error < enough * (used / FIRST_POINTS) ** 2
         is_hopeless = used > POINTS_BEFORE_GIVING_UP and error > HOPELESS_ERROR
@@ -146,7 +129,7 @@ def integral(
         descending = np.argsort(-worst)
         half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
         chosen = descending[: min(half, max(1, POINTS_AT_ONCE // points))]
-        boxes = boxes.halved(runs, peaks, chosen, indicator[:, chosen].argmax(axis=0))
+        boxes = boxes.halved(f, peaks, chosen, indicator[:, chosen].argmax(axis=0))
         used += points * 2 * chosen.size
 
 
@@ -173,14 +156,14 @@ def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats
 # --- boxes
 
 
-def _in_boxes(runs: Sequence[Function], peaks: Peaks, low: Floats, size: Floats, least: Floats) -> Boxes:
+def _in_boxes(f: Function, peaks: Peaks, low: Floats, size: Floats, least: Floats) -> Boxes:
     """Boxes with these corners, sides and `least` error indicators (all d by n).
 
-    Where a function is infinite it counts as zero. The second one has one node more along each side.
+    Where the function is infinite it counts as zero. The second rule has one node more along each side.
     """
     depth, n = low.shape
     indicator, both = least, []
-    for count, f in enumerate(runs, NODES_OF_SIDE):
+    for count in (NODES_OF_SIDE, NODES_OF_SIDE + 1):
         nodes, weights = gauss(count)
         grid = nodes[np.indices((count,) * depth).reshape(depth, 1, count**depth)]
         values = f((low[:, :, None] + size[:, :, None] * grid).reshape(depth, n * count**depth))
@@ -200,64 +183,3 @@ def _in_boxes(runs: Sequence[Function], peaks: Peaks, low: Floats, size: Floats,
             values = values @ weights
         both.append(values)
     return Boxes(low, size, indicator, peaks.unseen(low, size), *both)
-
-
-# --- lines
-
-
-def _along_lines(
-    f: Function, kinks: Sequence[Function], k: int, ends: Floats, which: int, points: Floats
-) -> Floats:
-    """The integrals of `f` (c by n) along lines in coordinate k, at points (d - 1 by n) in the others.
-
-    The lines are cut at the places `ends` and where `kinks` change their sign.
-    """
-    lines = np.insert(points, k, 0.0, axis=0)
-    cuts = [_crossings(kink, k, lines, LOOKS_ALONG_LINE[which]) for kink in kinks]
-    places = np.sort(np.hstack([np.tile(ends, (lines.shape[1], 1)), *cuts]))
-    width = np.diff(places)
-    pieces = width > SHORTEST
-    start, width = places[:, :-1][pieces], width[pieces]
-    nodes, weights = gauss(NODES_OF_PIECE + which)
-    # A root at an end of a piece becomes smooth in u where t = u^3 (10 - 15 u + 6 u^2).
-    shares, slopes = nodes**3 * (10 + nodes * (6 * nodes - 15)), 30 * (nodes * (1 - nodes)) ** 2
-    parts = []
-    for part in np.array_split(np.arange(width.size), 1 + width.size * nodes.size // POINTS_AT_ONCE):
-        at = np.repeat(lines[:, pieces.nonzero()[0][part]], nodes.size, axis=1)
-        at[k] = (start[part, None] + width[part, None] * shares).ravel()
-        parts.append(f(at).reshape(-1, part.size, nodes.size) @ (weights * slopes) * width[part])
-    values = np.hstack(parts)
-    sums = np.zeros((len(values), *pieces.shape))
-    sums[:, pieces] = values
-    return np.asarray(sums.sum(axis=2))
-
-
-def _crossings(kink: Function, k: int, lines: Floats, samples: int) -> Floats:
-    """Where lines (d by n) in coordinate k cross a kink: places (n by m), filled up with ones.
-
-    Signs are compared at even places and at the vertices of parabolas through three neighbours, so that a
-    short piece of the other sign is seen.
-    """
-
-    def along(lines: Floats, places: Floats) -> Floats:
-        points = np.repeat(lines, places.size // lines.shape[1], axis=1)
-        points[k] = places.ravel()
-        return kink(points).reshape(places.shape)
-
-    places = np.tile(np.linspace(0, 1, samples), (lines.shape[1], 1))
-    values = along(lines, places)
-    down, up = values[:, :-2] - values[:, 1:-1], values[:, 2:] - values[:, 1:-1]
-    with np.errstate(all="ignore"):
-        step = (down - up) / (2 * (down + up))
-    vertices = places[:, 1:-1] + np.where(abs(step) < 1, step, 0.5) / (samples - 1)
-    places = np.sort(np.hstack([places, vertices]))
-    above = along(lines, places) > 0
-    line, at = np.nonzero(above[:, 1:] != above[:, :-1])
-    low, high, start = places[line, at], places[line, at + 1], above[line, at]
-    while line.size and (high - low).max() > EPS:
-        middle = (low + high) / 2
-        same = (along(lines[:, line], middle) > 0) == start
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    crossed = np.ones((lines.shape[1], places.shape[1] - 1))
-    crossed[line, at] = high
-    return crossed

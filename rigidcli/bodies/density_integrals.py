@@ -212,36 +212,31 @@ class ChartPart:
             self.nodes, self.weights = np.empty((0, 1)), np.ones(1)
             integrals = moments(points) @ weights
             return integrals, EPS * abs(integrals[0])
-        kinks, peaks = self._kinks_and_peaks()
-        integrals, error = cubature.integral(moments, kinks, peaks, self.pieces, self.weights.size)
+        peaks, is_kinked = self._peaks()
+        integrals, error = cubature.integral(
+            moments, peaks, self.pieces, self.weights.size, is_kinked=is_kinked
+        )
         return integrals, error * abs(integrals[0])
 
-    def _kinks_and_peaks(self) -> tuple[list[cubature.Function], Peaks]:
-        """What vanishes where the density has kinks, and the peaks of the functions in its formula.
-
-        No kinks are given where a peak is higher than all of a net.
-        """
-        kinks, places, bound = list[cubature.Function](), [self.net[:, :0]], [self.net[:, :0] > 0]
-        is_high = False
+    def _peaks(self) -> tuple[Peaks, bool]:
+        """The peaks of the functions in the formula, and whether one of them has kinks or jumps."""
+        is_kinked, places, bound = False, [self.net[:, :0]], [self.net[:, :0] > 0]
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
                 continue
             ends = [self.extremes(node, sign) for sign in (1, -1)]
             low, high = (self.value(node, points) for points in ends)
-            if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
-                kinks.append(partial(self.value, node))
+            is_kinked |= low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED
             # A net that misses places such as 0, 1/2 and 1, where people put peaks.
             usual = self._heights(function, 0.0137 + 0.9683 * self.net)
-            of_peak, of_ridge = (RISE_OF_PEAK * np.quantile(usual, share) for share in (1, USUAL_QUANTILE))
+            of_ridge = RISE_OF_PEAK * np.quantile(usual, USUAL_QUANTILE)
             for points in ends:
                 self.density(points)  # which is refused where it is negative in a narrow place
                 heights = self._heights(function, points)
-                is_high |= heights.max() > of_peak
                 places.append(points[:, heights > max(of_ridge, heights.max() / RISE_OF_PEAK)])
                 bound.append(self._is_bound(function, places[-1]))
-        peaks = Peaks(partial(self._heights, self.root), np.hstack(places), np.hstack(bound))
-        return [] if is_high else kinks, peaks
+        return Peaks(partial(self._heights, self.root), np.hstack(places), np.hstack(bound)), is_kinked
 
     def _heights(self, function: tree.Node, points: Floats) -> Floats:
         return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
