@@ -17,12 +17,11 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -361,8 +360,8 @@ READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)
 
 # Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it.
 SAME_VERTEX = 1e-6
-# The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second.
-MOST_TRIANGLES_COUNTED = 300_000
+# The most triangles of a mesh that is taken apart into connected parts, which takes a tenth of a second.
+MOST_TRIANGLES_IN_PARTS = 300_000
 LEAST_VOLUME_OF_PART = 1e-9  # a part that encloses this share of the cube of the size is not flat
 # About how many triangles, evenly chosen, and as many points, evenly spread, are where parts may overlap.
 PROBES = 1024
@@ -372,18 +371,11 @@ STEP_FROM_TRIANGLE = 1e-6
 FARTHEST = 1e50  # the largest coordinate, in the unit of the file: no sum goes beyond the range of floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """The surface in a file, with vertices merged where that was needed, and notes.
-
-    `components` is the number of connected parts, None where the mesh is too large to count them. It
-    `is_inward` where it is wound inside out.
-    """
+class Checked(NamedTuple):
+    """The surface in a file, with vertices merged where that was needed, and notes."""
 
     surface: Surface
     notes: tuple[str, ...]
-    components: int | None
-    is_inward: bool
 
 
 def checked(path: Path) -> Checked:
@@ -414,12 +406,12 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
         encloses = f"flat: it encloses {abs(surface.volume):.3g} cubic units"
         raise ValueProblem(f"{path}: {encloses}, and has an area of {surface.area:.6g} square units")
     is_inward = surface.volume < 0
-    probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
+    probes = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES))
     labels = np.zeros(surface.triangles, dtype=np.intp)
-    if surface.triangles <= MOST_TRIANGLES_COUNTED:
+    if surface.triangles <= MOST_TRIANGLES_IN_PARTS:
         labels = geometry.components(geometry.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
-        probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
+        probes = np.append(probes, first[:: -(-len(first) // PROBES)])
     some = np.arange(0, surface.triangles, 1 + surface.triangles // MOST_TRIANGLES_WEIGHED)
     weighed, spread = geometry.spread(surface.some(some), labels[some], PROBES)
     places = np.concatenate([surface.some(probes).mean(axis=1), spread])
@@ -427,7 +419,7 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
     notes += _overlaps(path, surface, probes, places, labels, -1 if is_inward else 1)
     if is_inward:
         notes.append("it is wound inside out, and was turned")
-    return Checked(surface, tuple(notes), count, is_inward)
+    return Checked(surface, tuple(notes))
 
 
 def _summed(corners: Floats, path: Path) -> Surface:

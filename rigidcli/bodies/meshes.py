@@ -69,10 +69,10 @@ class Mesh(Form):
     def _look(self, info: ValidationInfo) -> Self:
         env = environment(info)
         if not env.arithmetic.exact:
-            notes = [*self.checked.notes]
-            if self.scale is None and self._largest > LARGEST_IN_METRES:
+            notes, size = [*self.checked.notes], float(np.ptp(self.checked.surface.box, axis=0).max())
+            if self.scale is None and size > LARGEST_IN_METRES:
                 meant = "`scale: 0.001` says so, and `scale: 1` that they are metres"
-                long = f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres?"
+                long = f"the mesh is {size:.6g} m long; are its coordinates millimetres?"
                 notes.append(f"{long} {meant}")
             env.log.note(*(f"{self.mesh}: {note}" for note in notes))
         return self
@@ -101,7 +101,7 @@ class Mesh(Form):
         surface = self.checked.surface
         corners = surface.some(slice(None, None, -(-surface.triangles // MOST_TRIANGLES_OF_HOLE)))
         middles = corners.mean(axis=1, keepdims=True)
-        depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
+        depth = np.sign(surface.volume) * self.MARGIN * surface.size
         places = np.concatenate([middles, corners + CORNERS_DRAWN_IN * (middles - corners)], axis=1)
         points = (places - depth * normals(corners)[:, None]).reshape(-1, 3).T * self.unit
         return np.asarray(points[:, self.contains(*points)])
@@ -150,18 +150,8 @@ class Mesh(Form):
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
         surface, unit = self.checked.surface, self.unit
-        guess = f"{'m' if self._largest <= LARGEST_IN_METRES else 'mm'}, a guess by the size"
         return {
-            "triangles": surface.triangles,
-            "components": self.checked.components,
-            "watertight": True,
-            "winding": "inward, turned" if self.checked.is_inward else "outward",
             "volume": self.volume,
             "area": surface.area * unit**2,
             "bounding_box": surface.box * unit,
-            "unit": guess if self.scale is None else f"{unit:g} m",
         }
-
-    @property
-    def _largest(self) -> float:
-        return float(np.ptp(self.checked.surface.box, axis=0).max())

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 # What is smaller than this, in units of the largest number of its kind, is the rounding of a zero.
 ON_AXIS = 1e-12
-# Values of a mesh's results that nearly all meshes have; people see these results with `-v` only.
-USUAL = {"components": 1, "watertight": True, "winding": "outward"}
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -60,12 +58,8 @@ def inertia_fields(document: Document) -> dict[str, Field]:
 
 def mesh_fields(document: Document) -> list[Field]:
     """The results for the mesh that the body consists of, if it is one."""
-    fields = []
-    for key, value in (document.body.report() if document.body else {}).items():
-        field = field_of("inertia", f"mesh.{key}", value)
-        field.diagnostic |= key in USUAL and value == USUAL[key]
-        fields.append(field)
-    return fields
+    report = document.body.report() if document.body else {}
+    return [field_of("inertia", f"mesh.{key}", value) for key, value in report.items()]
 
 
 def lost_digits(symbol: str, moment: Scalar, axis: Array, tensor: Array) -> Iterator[str]:

@@ -75,7 +75,6 @@ def test_what_a_scene_shows_is_the_body(program: Program, tmp_path: Path) -> Non
     parts = rigidcli.axes(PARTS)
     for key in ("mass", "center_of_mass", "tensor"):
         np.testing.assert_allclose(found[key], parts[key], rtol=1e-6, atol=1e-6 * parts["mass"])
-    assert (found["mesh"]["triangles"], found["mesh"]["components"]) == (24, 2)
 
 
 @pytest.mark.parametrize(
