@@ -229,13 +229,13 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(draft: Draft) -> Problem:
-    from rigidcli.document.slips import TO_BEGIN, toml
+    from rigidcli.document.slips import TO_BEGIN
 
-    if known := toml(draft.text, draft.source):
-        return known
     tree, hint, cure = draft.tree, TO_BEGIN, None
     if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
         hint = "the keys of a document begin without dashes"
+    elif heading := re.search(r"^\[(\w+)\]\s*$", draft.text, re.MULTILINE):  # of TOML or INI
+        hint = f"write `{heading[1]}:` for `{heading[0].strip()}`, with `key: value` for `key = value` below"
     elif isinstance(tree, str) and (cure := with_colon(tree)):
         hint = f"write `{cure}`"
     read = "an empty document" if tree is None else shown(tree)

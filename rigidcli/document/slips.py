@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from decimal import Decimal
 from importlib import resources
 from typing import Any, NamedTuple
@@ -20,7 +19,6 @@ from rigidcli.fields import words
 from rigidcli.fields.units import is_unit
 
 TO_BEGIN = "`rigidcli new` prints a document to start from"  # the hint for what is no document
-LONGEST_CURE = 200  # the most characters of a document that a hint writes out
 STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
 
 
@@ -213,19 +211,6 @@ def markup(text: str, source: str) -> Problem:
     line = text[: text.index("<")].count("\n")
     excerpt = Excerpt.of(text.splitlines()[line], text.splitlines()[line].index("<") + 1)
     return Problem(source, f"this is {name}, expected YAML", line + 1, "", hint, "parse_error", excerpt)
-
-
-def toml(text: str, source: str) -> Problem | None:
-    """The problem of a text that is TOML with sections; None for any other text."""
-    import tomllib  # takes 2 ms, and no document needs it
-
-    with suppress(tomllib.TOMLDecodeError, RecursionError):
-        sections = tomllib.loads(text)
-        if any(isinstance(section, dict) for section in sections.values()):
-            written = in_yaml(sections)
-            hint = f"write `{written}`" if len(written) <= LONGEST_CURE else TO_BEGIN
-            return Problem(source, "this is TOML, expected YAML", 1, hint=hint, code="parse_error")
-    return None
 
 
 class Slip(NamedTuple):

@@ -87,10 +87,8 @@ def read_tree(
         if "maximum nesting depth" in (error.problem or ""):  # newer libyaml refuses it by itself
             line = None if error.problem_mark is None else error.problem_mark.line + 1
             raise DocumentError([Problem(source, _TOO_DEEP, line, code="too_deep")]) from None
-        from rigidcli.document.slips import find_slip, toml
+        from rigidcli.document.slips import find_slip
 
-        if known := toml(text, source):
-            raise DocumentError([known]) from None
         slip = find_slip(text, error)
         problem = Problem(source, f"not YAML: {error.problem}", code="parse_error")
         if slip is not None:

@@ -234,13 +234,6 @@ def test_lines_of_all_values_are_found() -> None:
     }
 
 
-def test_brackets_of_toml_may_be_nested_as_deep_as_they_like(tmp_path: Path) -> None:
-    path = tmp_path / "f.yaml"
-    path.write_text(f"x = {'[' * 6000}")
-    with pytest.raises(DocumentError, match="expected a mapping"):
-        load(path)
-
-
 # --- files that are no UTF-8 text
 
 
