@@ -9,7 +9,7 @@ of a round hole, one per cent of its radius may escape it.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -230,10 +230,10 @@ class Composite(Form):
         for hole, density in zip(holes_of, densities_around(holes_of, leaves, n), strict=True):
             parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         filled = self.model_copy(update={"parts": tuple(parts)}) if bare else self
-        environment(info).log.note(*filled._counted_twice(bare, n))
+        environment(info).log.note(*filled._counted_twice(n))
         return filled
 
-    def _counted_twice(self, bare: Collection[Path], n: Arithmetic) -> Iterator[str]:
+    def _counted_twice(self, n: Arithmetic) -> Iterator[str]:
         """Notes on parts that are alike, in one place, or overlap."""
         first = dict[str, int]()
         for index, part in enumerate(self.parts):
@@ -243,7 +243,7 @@ class Composite(Form):
                     yield f"parts.{alike} and parts.{index} are one body in one place, which counts twice"
         if len(first) == sum(isinstance(part, Shape) and not part.hole for part in self.parts):
             with suppress(ValueProblem):  # which comes again where the body is needed
-                yield from counted_twice(list(self.leaves(n)), bare, n)
+                yield from counted_twice(list(self.leaves(n)), n)
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""
@@ -379,33 +379,22 @@ class Leaf:
         return near
 
 
-def counted_twice(leaves: Sequence[Leaf], bare: Collection[Path], n: Arithmetic) -> Iterator[str]:
-    """Notes on shapes of different parts that overlap, outside of holes or in one with a `bare` path.
+def counted_twice(leaves: Sequence[Leaf], n: Arithmetic) -> Iterator[str]:
+    """Notes on shapes of different parts that overlap.
 
-    A bare hole has the density of what is round it. Nothing is said of shapes that depend on symbols without
-    a value, and of very many parts.
+    Nothing is said of shapes that depend on symbols without a value, and of very many parts.
     """
     regions = [leaf for leaf in leaves if isinstance(leaf.form, Region)]
     if len(regions) > MOST_COMPARED:
         return
-    placed = [region for leaf in regions if (region := leaf.in_floats(n)) is not None]
-    cut = [region for region in placed if region.sign < 0]
-    for one, two in combinations((region for region in placed if region.sign > 0), 2):
+    placed = [region for leaf in regions if leaf.sign > 0 and (region := leaf.in_floats(n)) is not None]
+    for one, two in combinations(placed, 2):
         distance = np.linalg.norm(one.ball[0] - two.ball[0])
         if one.path[:2] == two.path[:2] or not one.is_like(two) or distance > one.ball[1] + two.ball[1]:
             continue
         points = np.hstack([one.points(), two.points(), one.shared_with(two), two.shared_with(one)])
-        points = points[:, one.contains(points) & two.contains(points)]
-        if not points.size:
-            continue
-        first, second = one.name, two.name
-        if not np.any([hole.contains(points) for hole in cut], axis=0).all():
-            yield f"{first} and {second} overlap: what both fill counts twice"
-        for hole in cut:
-            inside = hole.points() if hole.path in bare else points[:, :0]
-            if (one.contains(inside) & two.contains(inside)).any():
-                where = f"{hole.name} lies where {first} and {second} overlap"
-                yield f"{where}, and takes away the density of one: give its `density` to take away more"
+        if (one.contains(points) & two.contains(points)).any():
+            yield f"{one.name} and {two.name} overlap: what both fill counts twice"
 
 
 def densities_around(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic) -> list[Scalar]:
