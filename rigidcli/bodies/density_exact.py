@@ -11,7 +11,7 @@ from functools import cache
 from math import comb
 from typing import Any, TypeAlias
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.atoms import Atom, Group, Symbol
 from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
@@ -28,8 +28,6 @@ from rigidcli.fields.environment import BoundExpression
 
 MAX_STEPS = 400_000  # steps in multiplying out all ten integrands: about two seconds
 HIGHEST_POWER_INTEGRATED = 200  # the highest power of a sine or cosine that is integrated, by as many steps
-# Functions with another form on either side of the place where their argument vanishes.
-SIDED = ("abs", "sign")
 Factors: TypeAlias = Sequence[tuple[Atom, Rational]]  # a product of powers of atoms
 
 
@@ -99,29 +97,13 @@ def _moments(formula: BoundExpression, chart: Chart, allowance: Allowance) -> It
 
 
 def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
-    """The integral of a product over a coordinate u from 0 to an end. Raises ExpressionError without one.
-
-    Where L(u) is linear and vanishes at c, the integral of f(u) sign(L) is (F(u) - F(c)) sign(L), with the
-    integral F of f; abs(L) is L sign(L).
-    """
-    kinks = [(atom, power) for atom, power in factors if isinstance(atom, Applied) and atom.function in SIDED]
-    inner = gathered(1, dict(factor for factor in factors if factor not in kinks))
-    for atom, exponent in kinks:
-        inner *= atom.arguments[0] ** exponent if atom.function == "abs" else ONE
-    whole = antiderivative(inner, name) or _beside_line(inner, name)
-    if whole is None or len({atom.arguments for atom, _ in kinks}) > 1:
+    """The integral of a product over a coordinate u from 0 to an end. Raises ExpressionError without one."""
+    term = gathered(1, dict(factors))
+    whole = antiderivative(term, name) or _beside_line(term, name)
+    if whole is None:
         raise ExpressionError("a term has no integral")
     low, high = (substitute(whole, {name: u}) for u in (ZERO, end))
-    parity = sum(exponent for _, exponent in kinks) % 2
-    if parity == 0:
-        return high - low
-    line = kinks[0][0].arguments[0]
-    linear = coefficients(line, [name])
-    if parity != 1 or linear is None or max(linear) != (1,):
-        raise ExpressionError("a term has no integral")
-    middle = substitute(whole, {name: -linear.get((0,), ZERO) / linear[(1,)]})
-    before, after = (apply("sign", substitute(line, {name: u})) for u in (ZERO, end))
-    return (high - middle) * after - (low - middle) * before
+    return high - low
 
 
 def _beside_line(term: Expr, name: str) -> Expr | None:
