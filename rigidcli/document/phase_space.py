@@ -353,17 +353,12 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
         if isinstance(raw, Mapping):
             hint = f"write `[{', '.join(f'[{first}, {second}]' for first, second in raw.items())}]`"
         raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}", hint=hint)
-    if len(raw) == 2 and all(isinstance(entry, str) and "," not in entry for entry in raw):
-        raw = [raw]
     variables = of_the_state(env)
 
     def read(entry: Any, place: int) -> Bracket:
-        pair = [*map(str.strip, entry.strip("{} ").split(","))] if isinstance(entry, str) else entry
-        if isinstance(pair, Mapping) and set(pair.values()) == {None}:  # {Lx, Ly} is a mapping in YAML
-            pair = [*pair]
-        if not isinstance(pair, list | tuple) or len(pair) != 2:
+        if not isinstance(entry, list | tuple) or len(entry) != 2:
             raise ValueProblem(f"read {shown(entry)}, expected a pair, such as [Lx, Ly]")
-        return Bracket(*(env.symbolic(side, None, variables) for side in pair))
+        return Bracket(*(env.symbolic(side, None, variables) for side in entry))
 
     return tuple(read_list(raw, read, "brackets"))
 

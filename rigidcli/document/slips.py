@@ -78,9 +78,8 @@ _MODULES = re.compile(r"\b(?:np|numpy|math|sp|sympy)\.(?=\w)")  # before functio
 
 
 def _by_text(key: str, read: str, message: str) -> str | None:
-    if read.startswith("-["):
-        rows = re.findall(r"\[[^]]*\]", read)
-        return f"[{', '.join(rows)}]"
+    if key == "section":
+        return f"{{at: {read}}}"
     if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
         return f"[{read}, 0, 0]"
     bare = _MODULES.sub("", read)

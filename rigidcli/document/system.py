@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, ValidationInfo
+from pydantic import AfterValidator, Field, ValidationError, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Floats, Scalar
@@ -393,16 +393,6 @@ class PoincareSection(Section):
     )
 
 
-# A section, or what passes zero alone.
-SectionTyped = Annotated[
-    PoincareSection | None,
-    BeforeValidator(
-        lambda raw: {"at": raw} if isinstance(raw, str) else raw,
-        json_schema_input_type=PoincareSection | str | None,
-    ),
-]
-
-
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
@@ -421,8 +411,8 @@ class Orbit(Sampling):
     until: Event | None = optional(
         "The orbit ends where this passes zero; the duration is the longest: lambda1, or an equation r = R"
     )
-    section: SectionTyped = optional(
-        "Only the states in which a function passes zero: {at: x, direction: up}, or x alone"
+    section: PoincareSection | None = optional(
+        "Only the states in which a function passes zero: {at: x, direction: up}"
     )
 
     @classmethod
