@@ -127,11 +127,8 @@ def _of_document(text: str, source: str) -> str:
 
 
 def read_value(text: str, source: str) -> Any:
-    """The value in a text; a number needs no parser. Raises DocumentError."""
-    kind = _NUMBER.fullmatch(text) if len(text) <= MAX_INTEGER_DIGITS else None
-    if kind is None or kind.lastgroup not in ("whole", "decimal"):
-        return read_tree(text, source, decimal)
-    return int(text) if kind.lastgroup == "whole" else decimal(text)
+    """The value in a text. Raises DocumentError."""
+    return read_tree(text, source, decimal)
 
 
 def decimal(text: str) -> Decimal | float:
