@@ -42,11 +42,11 @@ FORMATS_OF_VIEWS = {
 }
 
 
-def studies(steps: bool = False) -> "dict[str, Study]":
-    """The studies that work out keys, each loaded when it is asked; their reports may have steps."""
+def studies() -> "dict[str, Study]":
+    """The studies that work out keys, each loaded when it is asked."""
 
     def study(name: str, document: "Document") -> "Report":
-        report: Report = import_module(f"rigidcli.studies.{name}").run(document, steps=steps)
+        report: Report = import_module(f"rigidcli.studies.{name}").run(document)
         return report
 
     return {name: partial(study, name) for name in STUDIES}
@@ -77,7 +77,6 @@ class Request(NamedTuple):
     overrides: Annotated[str | None, option("overrides")] = None
     selftest: Annotated[bool, option("selftest")] = False
     sheets: Annotated[bool, option("sheets")] = False
-    steps: Annotated[bool, option("check.steps")] = False
     no_header: NoHeader = False
     quiet: Quiet = False
     lists: Sequence[str] = ()
@@ -115,18 +114,15 @@ def require_consistent(asked: Request) -> None:
     view = " and ".join(name for name in FORMATS_OF_VIEWS if getattr(asked, name.removeprefix("--")))
     formats = FORMATS_OF_VIEWS.get(view, tuple(CheckFormat))
     needs_answers = not (asked.selftest or asked.sheets)
-    is_csv, is_html = (asked.format is each for each in (CheckFormat.csv, CheckFormat.html))
     wrong = {
         f"{view} exclude each other": " and " in view,
         f"{view} takes no ANSWERS": asked.answers and not needs_answers,
         "expected ANSWERS: files, or folders of them": needs_answers and not asked.answers,
         f"{view} has no other format than {', '.join(formats)}": asked.format not in formats,
-        "--steps shows the keys: it is for html with --feedback full": asked.steps
-        and (asked.feedback is not Feedback.full or not is_html),
         "--sheets are for the students of a --roster": asked.sheets and asked.roster is None,
         "--selftest takes no --roster": asked.selftest and asked.roster is not None,
         "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv": asked.sheets
-        and not (is_csv or is_folder(asked.output)),
+        and not (asked.format is CheckFormat.csv or is_folder(asked.output)),
         "--column is for --canvas and --moodle": asked.column is not None and not asked.gradebook,
     }
     for message, is_wrong in wrong.items():
@@ -155,7 +151,7 @@ def prepared_for(asked: Request, target: Output) -> "Prepared":
     """Read the assignment, work out its keys, and note settings that nothing uses. Raises DocumentError."""
     from rigidcli.homework.assignment import prepare
 
-    prepared = prepare(asked.assignment, studies(asked.steps))
+    prepared = prepare(asked.assignment, studies())
     read = filter(None, (asked.regrade, asked.gradebook, asked.roster, asked.overrides))
     target.protect(*prepared.files, *read, *asked.lists)
     for note in () if asked.quiet else prepared.notes:
@@ -283,8 +279,7 @@ def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Colle
         return partial(formats.render, asked.format)
     from rigidcli.homework.reports import pages
 
-    solutions = pages.worked(prepared.solutions) if asked.steps else {}
-    course = pages.Course(prepared.title, remarks, solutions)
+    course = pages.Course(prepared.title, remarks)
     if not isinstance(target, Folder):
         return lambda judgements, style: pages.one_page(judgements, course, style)
 

@@ -52,9 +52,8 @@ NO_ROSTER = (
 class Prepared:
     """An assignment with its keys: `notes` on what in it does nothing, `files` that it reads.
 
-    `solutions` are the reports, with their steps, that keys come from, by the names of the questions and the
-    values of variants in words. With `variants`, the keys of `items` are those of their first values, and
-    their titles are as they are written; `own` gives every student's.
+    With `variants`, the keys of `items` are those of their first values, and their titles are as they are
+    written; `own` gives every student's.
     """
 
     title: str
@@ -64,7 +63,6 @@ class Prepared:
     library: Library
     notes: tuple[Problem, ...] = ()
     files: tuple[Path, ...] = ()
-    solutions: dict[tuple[str, str], Report] = field(default_factory=dict)
     variants: Variants | None = None
 
     def judged(
@@ -124,7 +122,7 @@ class Prepared:
             progress(done / len(self.questions))
             for values, sheet in zip(every, sheets, strict=True):
                 try:
-                    item, report, own = self.library.keyed(id, question, values)
+                    item, own = self.library.keyed(id, question, values)
                 except DocumentError as error:
                     problems |= dict.fromkeys(error.problems)
                     continue
@@ -134,8 +132,6 @@ class Prepared:
                 in_letters = item.kind.options >= {"numbers", "momenta"} and question.numbers == "symbols"
                 title = filled(question.title, values, {} if in_letters else own)
                 sheet[id] = replace(item, title=title, values=mine)
-                if report is not None:
-                    self.solutions[id, words(mine)] = report
         if problems:
             raise DocumentError(list(problems))
         return sheets
@@ -150,7 +146,6 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     text = read_text(path, source) if text is None else text
     tree, places = _tree(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
-    solutions: dict[tuple[str, str], Report] = {}
     title, variants = "", None
     try:
         assignment = Assignment.model_validate(tree)
@@ -168,14 +163,12 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     library = Library(folder, studies, places, {} if variants is None else variants.trials()[0])
     for id, question in questions.items():
         try:
-            items[id], report, _ = library.keyed(id, question, library.first)
+            items[id], _ = library.keyed(id, question, library.first)
         except DocumentError as error:
             problems += [each for each in error.problems if each not in problems]
             continue
         said = _remarks(question, items[id].kind, library)
         notes += [library.placed(("questions", id, *keys), f"note: {what}") for keys, what in said]
-        if report is not None:
-            solutions[id, ""] = report
     if variants is not None:
         problems += _unfit(variants, questions, library)
     if problems:
@@ -183,7 +176,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     files = [Path(path), *(folder / name for name in library.documents)]
     files += [file for document in library.documents.values() for file in document.files]
     title = title or Path(path).stem
-    return Prepared(title, source, questions, items, library, tuple(notes), tuple(files), solutions, variants)
+    return Prepared(title, source, questions, items, library, tuple(notes), tuple(files), variants)
 
 
 def _tree(text: str, source: str) -> tuple[dict[str, Any], Draft]:
@@ -316,11 +309,11 @@ class Library:
     first: Values = field(default_factory=dict)
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str, str], tuple[Document, Report]] = field(default_factory=dict)
-    keys: dict[tuple[str, str], tuple[Item, Report | None, Values]] = field(default_factory=dict)
+    keys: dict[tuple[str, str], tuple[Item, Values]] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)
 
-    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, Report | None, Values]:
-        """A question with its key, the report that the key is from, and those of the values it depends on.
+    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, Values]:
+        """A question with its key, and those of the values that it depends on.
 
         A key is worked out once for equal values. Raises DocumentError with what is wrong, and where in the
         assignment.
@@ -330,7 +323,7 @@ class Library:
             own = self.own(question.document, values)
             if (id, words(own)) not in self.keys:
                 kind, source = self._source(id, question, own)
-                self.keys[id, words(own)] = _item(kind, source, self.folder), source.report, own
+                self.keys[id, words(own)] = _item(kind, source, self.folder), own
             return self.keys[id, words(own)]
         except DocumentError as error:
             if own:  # it is right as it stands in its file

@@ -132,14 +132,13 @@ def test_a_folder_of_pages_is_the_same_for_any_number_of_jobs(tmp_path: Path, pr
     found = []
     for jobs in "14":
         folder = tmp_path / jobs
-        options = ("-f", "html", "--feedback", "full", "--steps", "-j", jobs, "-o", f"{folder}/")
+        options = ("-f", "html", "--feedback", "full", "-j", jobs, "-o", f"{folder}/")
         assert program("check", ASSIGNMENT, ANSWERS, *options) == Outcome(1, "", "")
         found.append({file.name: file.read_bytes() for file in folder.iterdir()})
         assert [file.name for file in tmp_path.iterdir() if file.name.startswith(".")] == []
     assert found[0] == found[1]
     assert set(found[0]) == {"index.html", *(f"{name}.html" for name in VERDICTS)}
     told = found[0]["ada.html"].decode()
-    assert "Inertia tensor about" in told
     assert "17/17 (100%)" in told
 
 

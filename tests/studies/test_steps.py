@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -390,20 +389,3 @@ def test_latex_is_a_document_by_itself_on_demand(program: Program) -> None:
     assert text.count("\\begin{document}") == 1
     assert text.count("\\section*{") == 2
     assert text.count("\\begin{align*}") == fragments.count("\\begin{align*}")
-
-
-def test_instructors_see_solutions_of_questions(program: Program, tmp_path: Path) -> None:
-    folder = "configs/homework"
-    command = ("check", f"{folder}/assignment.yaml", f"{folder}/answers/ada.yaml")
-    outcome = program(*command, "--feedback", "full", "--steps", "-f", "html", "-o", f"{tmp_path}/pages/")
-    assert outcome.code == 0
-    (page,) = (path.read_text() for path in (tmp_path / "pages").iterdir() if path.name.startswith("ada"))
-    assert "three masses: principal moments and axes" in page
-    assert "echelon" in page
-    for options in (
-        (),
-        ("--feedback", "hint", "-f", "html", "-o", f"{tmp_path}/other/"),
-        ("--feedback", "full", "-f", "json"),
-    ):
-        refused = program(*command, "--steps", *options)
-        assert (refused.code, refused.out) == (2, "")

@@ -8,16 +8,14 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cache, partial
 from itertools import count
 from pathlib import Path
 from statistics import fmean
-from types import MappingProxyType
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 from urllib.parse import quote
 
-from rigidcli.errors import ExpressionError, printable
+from rigidcli.errors import ExpressionError
 from rigidcli.homework.base import Judged, Judgement, reported
 from rigidcli.homework.judge import Item
 from rigidcli.homework.reports import formats
@@ -25,13 +23,9 @@ from rigidcli.homework.reports.formats import ReportStyle, as_one, excerpt, poin
 from rigidcli.homework.variants import Values, words
 from rigidcli.language.expression import parse
 from rigidcli.language.text import latex
-from rigidcli.render import Look
-from rigidcli.render.html import fragment
 from rigidcli.render.plots import has_library
-from rigidcli.render.table import render
 from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import page, resource, text
-from rigidcli.report import Report
 
 # Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255.
 LONGEST_NAME = 50
@@ -39,19 +33,15 @@ LONGEST_NAME = 50
 # What is set as a formula: more than a word, and no number with its unit.
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
 
-# Solutions on pages, by the names of their questions and the values of variants in words.
-Solutions: TypeAlias = Mapping[tuple[str, str], str]
-
 
 class Course(NamedTuple):
-    """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
+    """What pages say besides judgements: the title of the assignment, and remarks on files and students.
 
-    `remarks` are on files and students; they may grow as long as there are judgements to come.
+    The `remarks` may grow as long as there are judgements to come.
     """
 
     title: str
     remarks: Collection[str] = ()
-    solutions: Solutions = MappingProxyType({})
 
 
 def one_page(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[str]:
@@ -73,7 +63,7 @@ def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -
             f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
             f"{formats.share(student.score, student.max_score)}</strong></p>\n",
             your_values({name: text for each in student.questions for name, text in each.values.items()}),
-            *_answers(student, course.solutions),
+            *_answers(student),
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
         ]
         yield name, written(f"{course.title}: {student.student}", body)
@@ -115,7 +105,7 @@ def _list(entries: Iterable[str]) -> str:
 # --- a student
 
 
-def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
+def _answers(student: Judgement) -> Iterator[str]:
     for question in as_one(student):
         yield _head(question.id, f"{question.verdict}, {score(question)}", question.title, question.verdict)
         if question.answer:
@@ -124,7 +114,6 @@ def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
             yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
         if question.findings:
             yield _list(map(own, question.sentences))
-        yield solutions.get((question.id, words(question.values)), "")
         yield "</section>\n"
 
 
@@ -150,26 +139,13 @@ def typeset(words: str) -> str:
     return "<br>".join(formula(" = ".join(sides)) for sides in lines)
 
 
-def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
-    """The working of questions, folded, by their names as they are shown, and the values of variants."""
-    workings = {}
-    for (id, values), report in solutions.items():
-        if _has_formulas():
-            work = fragment(replace(report, pictures=()), Look())
-        else:
-            work = f"<pre>{text(''.join(render([report], Look())))}</pre>"
-        solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
-        workings[printable(id), values] = solution
-    return workings
-
-
 # --- the class
 
 
 def _class(
     judged: Sequence[Judgement], course: Course, style: ReportStyle, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
-    """What needs a person, a table of scores, notes, solutions, and where it is `folded` in, the feedback."""
+    """What needs a person, a table of scores, notes, and where it is `folded` in, the feedback."""
     students = [reported(judgement, style.feedback) for judgement in judged]
     yield f"<h1>{own(course.title)}</h1>\n"
     if students:
@@ -182,15 +158,12 @@ def _class(
     if course.remarks:
         remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
         yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
-    for (id, values), solution in course.solutions.items():
-        yield "" if values else f"<h3>{own(id)}</h3>\n{solution}"
     if folded and students:
         yield "<h2>Feedback</h2>\n"
         for number, student in enumerate(students, 1):
             yield f'<details id="student{number}"><summary>{own(student.student)}, '
             yield f"{score(student)}</summary>\n"
-            # Those that all students share stand above, once.
-            yield from _answers(student, {key: each for key, each in course.solutions.items() if key[1]})
+            yield from _answers(student)
             yield "</details>\n"
 
 
