@@ -34,10 +34,8 @@ CheckFormat = StrEnum("CheckFormat", "table json csv junit gradescope html")
 # The formats of each option that prints something else than judgements. Gradebooks and wide rows are csv in
 # both of their formats; sheets are pages in html, unless csv is asked for.
 FORMATS_OF_VIEWS = {
-    "--items": ("table", "json", "csv"),
-    "--regrade": ("table",),
+    **dict.fromkeys(("--items", "--regrade", "--selftest"), ("table",)),
     **dict.fromkeys(("--canvas", "--moodle", "--wide"), ("table", "csv")),
-    "--selftest": ("table",),
     "--sheets": ("table", "html", "csv"),
 }
 
@@ -270,7 +268,7 @@ def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Colle
     from rigidcli.homework.reports import formats, items
 
     if asked.items:
-        return partial(items.render, asked.format)
+        return items.table
     if asked.regrade:
         return partial(items.changes, items.run_of(asked.regrade))
     if asked.wide:
