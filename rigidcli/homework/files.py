@@ -9,19 +9,18 @@ import re
 import stat
 import zipfile
 import zlib
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import NamedTuple
 
 from rigidcli.errors import Problem, printable, shortened, shown
 from rigidcli.fields.texts import ending, safe_name
 from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.owner import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted, words_of
+from rigidcli.homework.owner import ARCHIVE, is_answer, may_answer, owner_of, platform_of, uncounted
 
 MOST_BYTES = 1_000_000  # the most bytes of an answer file, and of a file that it names
 MOST_FILES = 50_000  # the most files of an archive that are unpacked, and of a folder whose names are read
@@ -363,20 +362,16 @@ def beside(name: Tree, answers: Path) -> Path:
     same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
     # Of several that were handed in under one name, the last.
     last = max(same, key=lambda each: (len(each), each), default="")
-    return answers.parent / (last or folder.with_owner(wanted, answers.name))
+    return answers.parent / (last or wanted)
 
 
 def whose_else(file: Path, answers: Path) -> str:
     """Why a file that an answer names may be another student's; empty where it is not.
 
-    It may be so by its name, or where it is nobody's by that, because another answer names it, too.
+    It may be so where it is nobody's by its name, and another answer names it, too.
     """
     folder = _Folder(answers.parent)
-    if folder.owner_by_begin(file.name, answers.name):
-        return ""
-    if owner := folder.owner_by_words(file.name):
-        return "" if owner == answers.name else "by its name, this file may be another student's"
-    for other in folder.answers:
+    for other in () if folder.owner_by_begin(file.name, answers.name) else folder.answers:
         with suppress(Unreadable):
             if other != answers.name and names_file(read_file(answers.parent / other), file.name):
                 return "another student's answer names this file, too"
@@ -396,12 +391,12 @@ class _Folder:
         with suppress(OSError):
             self.names = os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
         self.answers = [name for name in self.names if may_answer(name)]
-        self._platform = platform_of(self.names)
-        self.owner = partial(owner_of, platform=self._platform)
+        self.owner = partial(owner_of, platform=platform_of(self.names))
 
     def owner_by_begin(self, name: str, asking: str) -> str:
         """The student, with an answer file, whose name a file begins with; empty for nobody."""
-        students = {self.owner(each).label for each in self.answers}
+        others = [each for each in self.answers if each != name or is_answer(name)]  # a table may be a .txt
+        students = {self.owner(each).label for each in others}
         owner = self.owner(name)
         if owner.platform and (owner.label in students or self.owner(asking).platform):
             return owner.label
@@ -409,32 +404,3 @@ class _Folder:
         rests = {each: folded.removeprefix(each.casefold()) for each in students}
         begun = [each for each, rest in rests.items() if rest != folded and not rest[:1].isalnum()]
         return max(begun, key=len, default="")
-
-    def owner_by_words(self, name: str) -> str:
-        """The one answer file whose own words stand in the name of a file: hw3_jdoe.yaml for jdoe_x.csv.
-
-        Its own are those that no other answer file has in its name.
-        """
-        words = {} if self._platform else {each: _words(each) for each in self.answers}
-        counts = Counter(word for its in words.values() for word in its)
-        own = {each: {word for word in its if counts[word] == 1} for each, its in words.items()}
-        owners = [each for each, its in own.items() if its and its <= _words(name)]
-        return owners[0] if len(owners) == 1 else ""
-
-    def with_owner(self, wanted: str, asking: str) -> str:
-        """The file with the name `wanted` and words of the answer file, or `wanted` where there is none.
-
-        So hw3_jdoe.yaml may call jdoe_orbit.csv by the name orbit.csv.
-        """
-        asked, own = _words(wanted), _words(asking)
-        alike = [
-            name
-            for name in self.names
-            if ending(name) == ending(wanted) and asked < _words(name) <= asked | own
-            if self.owner_by_begin(name, asking) or self.owner_by_words(name) == asking
-        ]
-        return alike[0] if len(alike) == 1 else wanted
-
-
-def _words(name: str) -> set[str]:
-    return {*words_of(PurePath(name).stem)}
