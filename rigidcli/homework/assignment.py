@@ -31,7 +31,7 @@ from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.owner import noted
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
-from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
+from rigidcli.homework.variants import NAME_IN_BRACES, Values, Variants, filled, named_in, words
 from rigidcli.report import Report
 from rigidcli.suggestions import did_you_mean, guess
 
@@ -167,7 +167,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
         except DocumentError as error:
             problems += [each for each in error.problems if each not in problems]
             continue
-        said = _remarks(question, items[id].kind, library)
+        said = _remarks(question, items[id].kind)
         notes += [library.placed(("questions", id, *keys), f"note: {what}") for keys, what in said]
     if variants is not None:
         problems += _unfit(variants, questions, library)
@@ -197,20 +197,13 @@ def _is_as_typed(path: Keys) -> bool:
     return is_title(path) or is_answer or path in (("seed",), ("variants",))
 
 
-def _remarks(question: Question, kind: AnswerKind, library: Library) -> Iterator[tuple[Keys, str]]:
+def _remarks(question: Question, kind: AnswerKind) -> Iterator[tuple[Keys, str]]:
     """What in a question does nothing, or may be meant otherwise, with its place."""
     for option in sorted(question.model_fields_set - EVERYWHERE - kind.options):
         yield (option,), f"this means nothing to the kind `{kind.name}`"
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
-    variants, own = library.first, library.own(question.document, library.first)
-    for name in sorted(named_in(question.title, variants) - own.keys()):
-        yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
-    for name in in_braces(question.title) if variants else ():
-        if name not in variants:
-            stays = f"and so `{{{name}}}` stays as it is"
-            yield ("title",), f"there is no variant `{name}`{guess(name, variants)}, {stays}"
 
 
 # --- variants
@@ -221,7 +214,7 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
     for id, question in questions.items():
         answers = [question.answer, *(other.answer for other in question.accept)]
         texts = map(as_typed, answers if question.ask is None else ())
-        for name in sorted(variants.values.keys() & in_braces(" ".join(texts))):
+        for name in sorted(variants.values.keys() & NAME_IN_BRACES.findall(" ".join(texts))):
             message = f"`{{{name}}}` stands in a literal answer, which is the same for every student"
             hint = f"`ask` a `document` with the parameter `{name}`; the letter stands without braces"
             yield library.placed(("questions", id, "answer"), message, hint)
@@ -243,8 +236,7 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
 
 
 def _refused(parameter: str, variants: Variants, document: str, library: Library) -> Iterator[Problem]:
-    """The values of a variant that a document refuses, where the others have their first values."""
-    refused = list[tuple[Values, DocumentError]]()
+    """The first value of a variant that a document refuses, where the others have their first values."""
     with suppress(DocumentError):  # the problems of the first values stand in the list already
         library.document(document, library.own(document, library.first))
         for value in variants.values[parameter][1:]:
@@ -252,9 +244,8 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
             try:
                 library.document(document, values)
             except DocumentError as error:
-                refused.append((values, error))
-    if refused:
-        yield library.refusal(document, *refused[0], more=len(refused) - 1)
+                yield library.refusal(document, values, error)
+                return
 
 
 # --- keys
@@ -341,13 +332,12 @@ class Library:
         """A problem at these keys of the assignment."""
         return self.places.problem(ValueProblem(message, path=keys, hint=hint))
 
-    def refusal(self, name: str, values: Values, error: DocumentError, more: int = 0) -> Problem:
-        """The problem of values that a document refuses; `more` values are refused beside these."""
+    def refusal(self, name: str, values: Values, error: DocumentError) -> Problem:
+        """The problem of values that a document refuses."""
         others = [parameter for parameter, value in values.items() if value != self.first[parameter]]
         problem = error.problems[0]
         reason = f"{problem.key}: {problem.message}" if problem.key else problem.message
-        also = f", and {more} more of its values are refused" if more else ""
-        message = f"{shown(name)} does not allow {words(values)}: {reason}{also}"
+        message = f"{shown(name)} does not allow {words(values)}: {reason}"
         hint = problem.hint or "leave this value out, or change the document"
         return self.placed(("variants", *others) if len(others) == 1 else ("variants",), message, hint)
 

@@ -49,7 +49,7 @@ _DECIMAL = re.compile(r"[-+]?(?=\.?[0-9])(?=[0-9.]{1,20}(?![0-9.]))[0-9]*\.?[0-9
 # What stands in braces in a title: the name of a variant, or a part of a formula.
 _BRACES = re.compile(r"\{\s*([^{}]+?)\s*\}")
 # A name in braces that is no argument in LaTeX, such as the one of `\sqrt{x}` or `v_{max}`.
-_NAME = re.compile(r"(?<![\w\\^_}])\{\s*([^\W\d]\w*)\s*\}")
+NAME_IN_BRACES = re.compile(r"(?<![\w\\^_}])\{\s*([^\W\d]\w*)\s*\}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +101,6 @@ def filled(title: str, values: Values, own: Values) -> str:
     rest = words({name: value for name, value in own.items() if name not in named_in(title, values)})
     text = _BRACES.sub(lambda braces: values.get(braces[1], braces[0]), title)
     return f"{text} ({rest})" if text and rest else text or rest
-
-
-def in_braces(text: str) -> list[str]:
-    """Names in braces that look like those of variants."""
-    return list(dict.fromkeys(_NAME.findall(text)))
 
 
 # --- reading

@@ -236,13 +236,3 @@ def test_sheets_say_what_they_need(options: tuple[str, ...], said: str, program:
     done = program("check", "hw.yaml", *options)
     assert (done.code, done.out) == (2, "")
     assert said in " ".join(done.err.split())
-
-
-def test_a_note_tells_of_braces_that_do_nothing(course: Path, program: Program) -> None:
-    text = TABLE["assignment"].replace("kind: choice}", "kind: choice, title: 'Of {a}, {aa} and v_{max}'}")
-    (course / "hw.yaml").write_text(text, encoding="utf-8")
-    done = program("validate", f"{course}/hw.yaml")
-    assert done.code == 0
-    assert "`{a}` differs from student to student, but the key does not depend on it" in done.err
-    assert "there is no variant `aa` (did you mean a?), and so `{aa}` stays as it is" in done.err
-    assert "max" not in done.err
