@@ -265,12 +265,12 @@ def watched(judged: "Iterator[Judgement]", failures: Failures, target: Output) -
 
 def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Collection[str]) -> "View":
     """The function that turns judgements into text; an old run is read at once. Raises DocumentError."""
-    from rigidcli.homework.reports import formats, items
+    from rigidcli.homework.reports import formats
 
     if asked.items:
-        return items.table
+        return formats.by_question
     if asked.regrade:
-        return partial(items.changes, items.run_of(asked.regrade))
+        return partial(formats.changes, formats.run_of(asked.regrade))
     if asked.wide:
         return partial(formats.wide, [*prepared.items])
     if asked.format is not CheckFormat.html:

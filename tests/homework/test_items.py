@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rigidcli.homework.base import Finding, Judgement, Verdict
-from rigidcli.homework.reports.formats import ReportStyle
-from rigidcli.homework.reports.items import MOST_SHOWN, table
+from rigidcli.homework.reports.formats import MOST_SHOWN, ReportStyle, by_question
 from tests.homework.standins import mark
 
 SECRET = "expected 6.28318"
@@ -32,7 +31,7 @@ def handed_in(answers: Sequence[Answer]) -> list[Judgement]:
 
 
 def shown(judgements: Sequence[Judgement]) -> str:
-    return "".join(table(judgements, ReportStyle()))
+    return "".join(by_question(judgements, ReportStyle()))
 
 
 def test_answers_are_counted_those_first_that_wait_then_the_most_frequent() -> None:

@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import CODES, VERDICTS, Finding, Judged, Judgement, reported, sentence
-from rigidcli.homework.reports import items
-from rigidcli.homework.reports.formats import FORMATS, ReportStyle, csv_rows, points, render
+from rigidcli.homework.reports.formats import FORMATS, ReportStyle, by_question, csv_rows, points, render
 from rigidcli.render.terminal import Page, cells
 from tests.homework.standins import mark, waiting
 
@@ -325,7 +324,7 @@ def test_hostile_texts_are_harmless_in_every_format(
 ) -> None:
     style = ReportStyle(feedback, width=width)
     outputs = {name: text(name, judgements, style) for name in FORMATS}
-    outputs["items"] = "".join(items.table(judgements, style))
+    outputs["items"] = "".join(by_question(judgements, style))
     for name, output in outputs.items():
         require_harmless(output)
         if feedback is not Feedback.full or name == "items":
