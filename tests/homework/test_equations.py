@@ -134,7 +134,7 @@ SETS = [(name, place) for name, sets in RIGHT.items() for place in range(len(set
 def states(item: Item) -> list[str]:
     """The names on which a motion depends."""
     key = item.key
-    given = {*key.formulas.names.derived, *key.meanings, *key.aliases}
+    given = {*key.formulas.names.derived, *key.meanings}
     return sorted({*key.formulas.names.domains, *map(state_of, key.rates)} - given)
 
 
@@ -387,6 +387,11 @@ def test_bad_keys_are_refused_without_repeating_them(value: Any) -> None:
 def test_a_key_of_second_order_is_refused_where_first_order_is_asked_for() -> None:
     with pytest.raises(DocumentError, match="second order"):
         literal({"xddot": "-x"}, form="first_order")
+
+
+def test_a_key_whose_velocity_has_another_name_says_what_it_is() -> None:
+    with pytest.raises(DocumentError, match=r"do not say what `v` is\n *hint: write them with `xdot: v`"):
+        literal({"xddot": "-x - v"}, coordinates=["x"], velocities=["v"])
 
 
 def test_results_that_are_no_equations_are_refused() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from typing import TypeAlias
@@ -23,7 +23,7 @@ from rigidcli.algebra.matrices import Matrix, determinant, null_vectors
 from rigidcli.algebra.substitution import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.phase_space import acceleration, momentum, velocity
-from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import chosen
 from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
@@ -188,8 +188,8 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
     loose = [p for p in partners if acceleration(p) in used]
     tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)), *loose)
     further = [name for p in partners for name in (p, velocity(p)) if name in used]
-    excluded = key.meanings.keys() - {*tops, *further, *map(velocity, second), *key.aliases}
-    residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
+    excluded = key.meanings.keys() - {*tops, *further, *map(velocity, second)}
+    residuals = [Sum((left, Negative(right))) for _, left, right in sides]
     residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
     # A derivative is determined where it is so whatever the further unknowns are: these come first.
     unknowns, blocks = list(dict.fromkeys([*further, *tops])), list[list[Matrix]]()
@@ -272,7 +272,6 @@ class MotionKey:
     rates: Mapping[str, Node]
     coordinates: tuple[str, ...] = ()
     momenta: tuple[str, ...] = ()
-    aliases: Mapping[str, Node] = field(default_factory=dict)
     is_hamiltonian: bool = False
     first_order: bool = False
 
@@ -283,7 +282,7 @@ class MotionKey:
         with suppress(ExpressionError):
             for name in (*self.coordinates, *self.momenta):
                 rates.setdefault(acceleration(name), self.change(rates[velocity(name)]))
-        return {**{alias: bound(node, rates) for alias, node in self.aliases.items()}, **rates}
+        return rates
 
     def change(self, node: Node) -> Node:
         """The time derivative of a formula in the states, by the chain rule."""
@@ -359,21 +358,22 @@ def of_text(source: KeySource) -> MotionKey:
         raise unread[0]
     used = _names_in_all(sides)
     functions = _functions(question, used)
-    second = tuple(name for name in functions if acceleration(name) in used)
-    aliases = _aliases(question, functions)
-    functions = tuple(name for name in functions if name not in aliases)
     if not functions:
         raise ValueProblem("the equations hold no derivative, expected names such as `xdot`")
+    for name, speed in zip(question.coordinates, question.velocities, strict=False):
+        if speed not in (velocity(name), *functions):
+            hint = f"write them with `{velocity(name)}: {speed}` and an equation for `{velocity(speed)}`"
+            raise ValueProblem(f"the equations do not say what {shown(speed)} is", hint=hint)
+    second = tuple(name for name in functions if acceleration(name) in used)
     tops = [acceleration(name) if name in second else velocity(name) for name in functions]
-    rates = _solved([(bound(left, aliases), bound(right, aliases)) for _, left, right in sides], tops)
+    rates = _solved([(left, right) for _, left, right in sides], tops)
     states = [*functions, *map(velocity, second)]
-    names = names_of(source, used - {*tops, *states, *aliases})
-    names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
+    names = names_of(source, used - {*tops, *states})
     partners = {} if second else _partners(question, functions, rates)
     second_rates = [acceleration(name) for pair in partners.items() for name in pair]
-    names = _with_rates(names, states, [*rates, *second_rates, *aliases, *map(velocity, functions)])
+    names = _with_rates(names, states, [*rates, *second_rates, *map(velocity, functions)])
     formulas = formulas_of(source, names, question.tolerance.relative)
-    return MotionKey(formulas, rates, tuple(partners), tuple(partners.values()), aliases)
+    return MotionKey(formulas, rates, tuple(partners), tuple(partners.values()))
 
 
 def _functions(question: Question, used: Collection[str]) -> tuple[str, ...]:
@@ -385,16 +385,6 @@ def _functions(question: Question, used: Collection[str]) -> tuple[str, ...]:
         if derivative_of and (name not in fixed or derivative_of[1] in used):
             functions.append(derivative_of[1])
     return tuple(dict.fromkeys(functions))
-
-
-def _aliases(question: Question, functions: Sequence[str]) -> dict[str, Node]:
-    """Velocities in other letters, v for xdot and vdot for xddot, unless all are functions of their own."""
-    pairs = zip(question.coordinates, question.velocities, strict=False)
-    speeds = {v: q for q, v in pairs if v != velocity(q)}
-    if {*speeds} <= {*functions}:
-        return {}
-    first: dict[str, Node] = {v: Name(velocity(q)) for v, q in speeds.items()}
-    return first | {velocity(v): Name(acceleration(q)) for v, q in speeds.items()}
 
 
 def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
