@@ -121,7 +121,7 @@ def require_consistent(asked: Request) -> None:
         "--selftest takes no --roster": asked.selftest and asked.roster is not None,
         "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv": asked.sheets
         and not (asked.format is CheckFormat.csv or is_folder(asked.output)),
-        "--column is for --canvas and --moodle": asked.column is not None and not asked.gradebook,
+        "--column is for --canvas": asked.column is not None and not asked.canvas,
     }
     for message, is_wrong in wrong.items():
         if is_wrong:
@@ -299,5 +299,5 @@ def read_gradebook(asked: Request, prepared: "Prepared") -> "Gradebook":
         raise UsageError("the values of a student follow from the name in the roster", hint=hint)
     table = read_spreadsheet(str(asked.gradebook))
     if asked.moodle:
-        return gradebooks.moodle(table, asked.column)
+        return gradebooks.moodle(table)
     return gradebooks.canvas(table, asked.column or prepared.title)

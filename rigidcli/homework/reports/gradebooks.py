@@ -64,23 +64,16 @@ def canvas(table: Spreadsheet, column: str) -> Gradebook:
     return Gradebook(table, people, place, kept, [cell(worth, place)])
 
 
-def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
-    """A grading worksheet of Moodle, and its column of grades, or another that is named.
-
-    Raises UsageError where it is none.
-    """
+def moodle(table: Spreadsheet) -> Gradebook:
+    """A grading worksheet of Moodle, and its column of grades. Raises UsageError where it is none."""
     head, *rows = table.rows or [[]]
     heads = ["".join(words_of(name)) for name in head]
-    wanted = SPELLINGS["Grade"] if column is None else ["".join(words_of(column))]
-    places = [place for place, name in enumerate(heads) if name in wanted]
+    places = [place for place, name in enumerate(heads) if name in SPELLINGS["Grade"]]
     about = columns_of(head)
-    if not any(about) or (column is None and len(places) != 1):
+    if not any(about) or len(places) != 1:
         hint = "`Download grading worksheet` in an assignment with this kind of feedback exports it"
         message = f"`{table.source}` is not a grading worksheet that Moodle has exported"
         raise UsageError(message, hint=hint)
-    if len(places) != 1:
-        hint = f"its columns are {listed([name.strip() for name in head])}"
-        raise UsageError(f"the worksheet has no column {shown(column)}", hint=hint)
     people = Roster(about, table, kind="gradebook")
     locked, most = (
         next((place for place, name in enumerate(heads) if name in names), len(heads))
