@@ -395,8 +395,9 @@ class _Folder:
 
     def owner_by_begin(self, name: str, asking: str) -> str:
         """The student, with an answer file, whose name a file begins with; empty for nobody."""
-        others = [each for each in self.answers if each != name or is_answer(name)]  # a table may be a .txt
-        students = {self.owner(each).label for each in others}
+        # Beside a student's only answer file a .txt is a table, and nobody's by its name.
+        is_table = name != asking and list(filter(is_answer, self.answers)) == [asking]
+        students = {self.owner(each).label for each in self.answers if not (is_table and each == name)}
         owner = self.owner(name)
         if owner.platform and (owner.label in students or self.owner(asking).platform):
             return owner.label

@@ -364,6 +364,14 @@ def test_a_file_beside_is_found_by_the_name_that_a_student_gave_it(
     assert read_file(beside(name, filled(tmp_path, files) / answers)) == expected
 
 
+def test_a_text_beside_the_only_answer_file_is_a_table(tmp_path: Path) -> None:
+    folder = filled(tmp_path, ["hw.yaml", "orbit.txt", "README.md"])
+    assert read_file(beside("orbit.txt", folder / "hw.yaml")) == "orbit.txt"
+    (folder / "bob.yaml").write_text("answers: {}")
+    with pytest.raises(Unreadable):
+        beside("orbit.txt", folder / "hw.yaml")
+
+
 @pytest.mark.parametrize(("files", "answers", "name", "code"), OTHERS)
 def test_a_file_of_another_student_or_elsewhere_is_refused(
     tmp_path: Path, files: list[str], answers: str, name: object, code: str
