@@ -1,4 +1,4 @@
-"""The workers of a running Dask cluster as an executor, with which `processes` hands out work."""
+"""The workers of a running Dask cluster, to which `processes` hands out work."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import CancelledError, Executor, InvalidStateError, TimeoutError
-from contextlib import contextmanager, suppress
+from concurrent.futures import CancelledError, TimeoutError
+from contextlib import contextmanager
 from importlib import util
 from typing import Any
-from weakref import WeakSet
 
 import rigidcli
 from rigidcli.errors import ComputationError, UsageError
@@ -20,14 +19,13 @@ from rigidcli.errors import ComputationError, UsageError
 ANSWERS_WITHIN = 5.0
 # Seconds to wait for the first worker: one that is started on demand takes half of them.
 WORKERS_WITHIN = 60.0
-ASKED_EVERY = 0.5  # seconds between looks at whether the scheduler is still there: a look costs nothing
 # The fewest workers for which packs are queued: more may start when there is work for them.
 LEAST_WORKERS = 16
 
 
 @contextmanager
-def opened(address: str) -> Iterator[tuple[Executor, int]]:
-    """The executor of the cluster of the scheduler at an address, and the number of its workers.
+def opened(address: str) -> Iterator[tuple[Any, int]]:
+    """A client of the scheduler at an address, with `submit` of an executor, and the number of its workers.
 
     Raises UsageError where no such cluster is reached, and ComputationError where it is lost on the way. What
     was handed out and is no longer wanted is cancelled.
@@ -43,40 +41,13 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
             warnings.simplefilter("ignore")
             client = _reached(address)
         _require_same(client)
-        executor = client.get_executor(pure=False)  # each pack is work of its own
-        ended = _watched(client, executor)
-        try:
-            yield executor, max(LEAST_WORKERS, len(client.nthreads()))
-        finally:
-            ended.set()
-            with suppress(Exception):  # where the scheduler is gone, so is the work
-                executor.shutdown(wait=False)
+        yield client, max(LEAST_WORKERS, len(client.nthreads()))
     except Exception as error:  # noqa: BLE001 - whatever goes wrong far away
         raise _in_words(error, address) from None
     finally:
         if client is not None:
             client.close(timeout=1)
         logging.disable(before)
-
-
-def _watched(client: Any, executor: Any) -> threading.Event:
-    """Until the event is set, fail futures of a closed client: distributed leaves some waiting."""
-    ended, waiting, submit = threading.Event(), WeakSet[Any](), executor.submit
-
-    def submitted(*task: Any, **options: Any) -> Any:
-        future = submit(*task, **options)
-        waiting.add(future)
-        return future
-
-    def watch() -> None:
-        while not ended.wait(ASKED_EVERY):
-            for future in [*waiting] if client.status == "closed" else ():
-                with suppress(InvalidStateError):  # it has ended in the meantime
-                    future.set_exception(OSError("the scheduler is gone"))
-
-    executor.submit = submitted
-    threading.Thread(target=watch, daemon=True).start()
-    return ended
 
 
 def _reached(address: str) -> Any:
