@@ -83,7 +83,7 @@ _ROWS = (
         title="precession",
         needs=("top", "body", "tide"),
         ignored="system orbit equilibrium transform observables brackets",
-        pictures=dict.fromkeys(("potential", "trace", "polhode"), "precess.pictures"),
+        pictures=dict.fromkeys(("trace", "polhode"), "precess.pictures"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
         >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)

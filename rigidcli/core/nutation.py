@@ -18,12 +18,8 @@ follow from Vieta's products, as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Literal, NamedTuple, TypeAlias
 
-import numpy as np
-
-from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import beyond_first, complete
 from rigidcli.core.precession import SAME_NUMBER
 
@@ -283,31 +279,3 @@ def _mean_rate(limits: Swing, quarter: float) -> float:
     if signs[0] * signs[1] < 0:
         return signs[1] * (limits.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
     return (signs[0] * less * (1 + top) + signs[1] * more * (1 + bottom)) / 2
-
-
-def effective_potential(
-    lambda1: float,
-    lambda3: float,
-    spin: float,
-    tilt: float,
-    precession: float,
-    nutation: float,
-    weight_moment: float,
-) -> tuple[Callable[[Floats], Floats], float]:
-    """The potential (J) in which the tilt moves, as a function of tilts (n, rad), and the energy (J).
-
-    V(theta) = (p_phi - p_psi cos theta)^2/(2 lambda1 sin^2 theta) + M g R cos theta, for a start as in
-    `nutation`; the energy is without the constant lambda3 spin^2/2. With delta = cos(tilt) - cos(theta),
-    p_phi - p_psi cos theta = lambda1 sin^2(tilt) phi-dot + p_psi delta.
-    """
-    along, turning = lambda3 * spin, lambda1 * np.sin(tilt) ** 2 * precession
-
-    def at(theta: Floats) -> Floats:
-        # The difference of two cosines as a product, which keeps its digits beside the start.
-        difference = 2 * np.sin((theta + tilt) / 2) * np.sin((theta - tilt) / 2)
-        centrifugal = (turning + along * difference) ** 2 / (2 * lambda1 * np.sin(theta) ** 2)
-        potential: Floats = centrifugal + weight_moment * np.cos(theta)
-        return potential
-
-    kinetic = lambda1 * (nutation**2 + (np.sin(tilt) * precession) ** 2) / 2
-    return at, float(kinetic + weight_moment * np.cos(tilt))
