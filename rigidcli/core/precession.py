@@ -74,19 +74,6 @@ def gyroscopic_rate(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Ari
     return None if n.sign(momentum) == 0 else weight_moment / momentum
 
 
-def gyroscopic_error(
-    lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, slow: Scalar | None, n: Arithmetic
-) -> Scalar | None:
-    """Relative error of `gyroscopic_rate` for the `slow` rate of the same top; None without either.
-
-    M g R / S / W - 1 = -lambda1 cos(theta) W / S by the equation of W, and this form cancels nothing.
-    """
-    momentum = lambda3 * spin
-    if slow is None or n.sign(momentum) == 0:
-        return None
-    return n.tidied(-lambda1 * cosine(tilt, n) * slow / momentum)
-
-
 def steady(
     lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, weight_moment: Scalar, n: Arithmetic
 ) -> Steady:

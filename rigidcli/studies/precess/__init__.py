@@ -148,7 +148,6 @@ def _at_tilt(
         "slow_rate": steady.slow,
         "fast_rate": steady.fast,
         "minimum_spin": steady.minimum_spin,
-        "gyroscopic_error": precession.gyroscopic_error(*top, steady.slow, n),
     }
     if steady.complex_roots:
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
