@@ -24,7 +24,7 @@ from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.inertia.pictures import CIRCLE, ellipsoid_lines, marks_of_body, moved, reach, semi_axes
 
-# How far apart components of omega are that have panels of their own, in units of their largest change.
+# A spin beyond this many times the largest change of a component of omega has a panel of its own.
 GAP_OF_PANELS = 3.0
 
 
@@ -42,18 +42,12 @@ def omega(motion: Trajectory, samples: Table) -> Picture:
 
 
 def _groups(values: Floats) -> list[list[int]]:
-    """Which components (n, 3) share a panel: one far from the others has its own.
-
-    So the small wobble of a fast top is seen.
-    """
-    low, high = values.min(axis=0), values.max(axis=0)
-    order = [int(place) for place in np.argsort(low, kind="stable")]
-    changes, groups = float((high - low).max()), [order[:1]]
-    for place in order[1:]:
-        gap = low[place] - high[groups[-1]].max()
-        is_apart = gap > GAP_OF_PANELS * changes > ROUNDING_OF_SUM * np.abs(values).max()
-        groups = [*groups, [place]] if is_apart else [*groups[:-1], sorted([*groups[-1], place])]
-    return groups
+    """Which components (n, 3) share a panel: a fast spin has its own, so that a small wobble is seen."""
+    size = np.abs(values)
+    spin, change = int(size.max(axis=0).argmax()), float(np.ptp(values, axis=0).max())
+    if not ROUNDING_OF_SUM * size.max() < GAP_OF_PANELS * change < size[:, spin].min():
+        return [[0, 1, 2]]
+    return [[k for k in range(3) if k != spin], [spin]]
 
 
 def polhode(motion: Trajectory, samples: Table) -> Picture:
