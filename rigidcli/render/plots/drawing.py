@@ -47,16 +47,8 @@ METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 SIZE = (5.6, 3.8)  # width and height of a single panel, in inches
-LEGEND = 0.2  # height of a row of the legend, in inches
-# Room about panels in the plane and in space for the texts on each side, in inches.
-# matplotlib draws twice where it looks for this room itself.
-EDGES = (
-    {"left": 0.9, "right": 0.17, "bottom": 0.5, "top": 0.42},
-    {"left": 0.11, "right": 0.34, "bottom": 0.2, "top": 0.35},
-)
 # The least bend of a surface at an edge that is drawn: round sides are made of planes that bend by less.
 CREASE = math.radians(30)
-HEADING = 0.2  # height of the title of a panel, in inches
 
 
 def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
@@ -86,7 +78,7 @@ def figure_of(picture: Picture, title: str) -> Figure:
     width = SIZE[0] * (1 if columns == 1 else 0.62 * columns)
     height = 5.2 if solid else SIZE[1] * (1 if rows == 1 else 0.55 * rows) * (1 if columns == 1 else 1.15)
     alone = len(picture.panels) == 1
-    figure = Figure(figsize=(width, height))
+    figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, fontsize=10, parse_math=False, wrap=True)
     for place, panel in enumerate(picture.panels, start=1):
         axes: Any = figure.add_subplot(rows, columns, place, projection="3d" if solid else None)
@@ -105,21 +97,9 @@ def figure_of(picture: Picture, title: str) -> Figure:
             axes.set_title(panel.title, fontsize=9, parse_math=False)
         if not alone and axes.get_legend_handles_labels()[1]:
             axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
-    edges = dict(EDGES[solid])
     if alone and (count := len(figure.axes[0].get_legend_handles_labels()[1])):
         ncols = min(count, 2 if count > 4 else 3)
-        edges["bottom"] += LEGEND * -(-count // ncols)
-        figure.legend(loc="lower center", ncols=ncols, frameon=False, fontsize=8.5)
-    heading = HEADING * any(panel.title for panel in picture.panels)
-    beside, below = edges["left"] + edges["right"], EDGES[solid]["bottom"] + heading
-    figure.subplots_adjust(
-        left=edges["left"] / width,
-        right=1 - edges["right"] / width,
-        bottom=edges["bottom"] / height,
-        top=1 - (edges["top"] + heading) / height,
-        wspace=beside / (width / columns - beside),
-        hspace=below / ((height - edges["top"]) / rows - below),
-    )
+        figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=8.5)
     return figure
 
 
