@@ -12,11 +12,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.picture import Mark, Panel, Picture, PictureAxis
+from rigidcli.picture import Mark, Picture, PictureAxis
 from rigidcli.render.values import raised
 from rigidcli.report import Report
 
@@ -87,10 +86,11 @@ def figure_of(picture: Picture, title: str) -> Figure:
             axes.view_init(*VIEW)
             axes.set_proj_type("ortho")
             axes.set_box_aspect((1, 1, 1), zoom=1.02)
+            axes.locator_params(nbins=4)  # few numbers, which would touch
         for mark in panel.marks:
             DRAW[mark.form](axes, mark)
         if panel.is_even:
-            _make_even(axes, panel)
+            axes.set_aspect("equal", adjustable="datalim")
         for way, ruler in zip("xyz", panel.rulers, strict=False):
             _measure(axes, way, ruler)
         if panel.title:
@@ -101,21 +101,6 @@ def figure_of(picture: Picture, title: str) -> Figure:
         ncols = min(count, 2 if count > 4 else 3)
         figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=8.5)
     return figure
-
-
-def _make_even(axes: Any, panel: Panel) -> None:
-    """Give all directions of a panel the same range, about the middle of its marks."""
-    places = np.vstack([np.vstack(list(mark.points)) for mark in panel.marks])
-    low, high = places.min(axis=0), places.max(axis=0)
-    half = 0.525 * float((high - low).max()) or 1.0
-    for way, middle in zip("xyz", (low + high) / 2, strict=False):
-        getattr(axes, f"set_{way}lim")(middle - half, middle + half)
-        # Few numbers, and in space none at the ends of a direction, where two directions meet.
-        ticks = MaxNLocator(5).tick_values(middle - half, middle + half)
-        room = half if places.shape[1] == 2 else 0.97 * half
-        getattr(axes, f"{way}axis").set_ticks(ticks[np.abs(ticks - middle) <= room])
-    if places.shape[1] == 2:
-        axes.set_box_aspect(1)
 
 
 def _measure(axes: Any, way: str, ruler: PictureAxis) -> None:
