@@ -19,7 +19,6 @@ from rigidcli.cli.output import (
     Failures,
     Output,
     bad_parameter,
-    check_path,
     complain,
     counted,
     is_folder,
@@ -68,7 +67,7 @@ class Asked(NamedTuple):
     verbose: Annotated[bool, option("verbose")] = False
     steps: Annotated[bool, option("steps")] = False
     standalone: Annotated[bool, option("standalone")] = False
-    plot: Annotated[str | None, option("plot", callback=check_path)] = None
+    plot: Annotated[str | None, option("plot")] = None
     plot_kind: Any = None
     quiet: shared.Quiet = False
     samples: Annotated[str | None, option("samples")] = None

@@ -12,7 +12,7 @@ from typing import Annotated, Any, get_origin
 
 import typer
 
-from rigidcli.cli.output import bad_parameter, check_path
+from rigidcli.cli.output import bad_parameter
 from rigidcli.errors import UsageError, shown
 
 MORE = "More options"  # the head of the help above the options that few users need
@@ -146,7 +146,7 @@ def format_option(formats: Any) -> Any:
 FILES = "{}. `-` is standard input, `@files.txt` a list of names."  # the help of FILES, with what they may be
 _ANY_FILES = FILES.format("Documents, robots or bodies (.stl ...)")
 Files = Annotated[list[str], typer.Argument(metavar="FILE", help=_ANY_FILES)]
-OutputPath = Annotated[str | None, option("output", callback=check_path)]
+OutputPath = Annotated[str | None, option("output")]
 Settings = Annotated[list[str] | None, option("settings", callback=_check_settings)]
 Exact = Annotated[bool, option("exact")]
 NoHeader = Annotated[bool, option("no_header")]

@@ -160,13 +160,6 @@ def counted(total: int) -> Iterator[Callable[[float], None]]:
 OTHER_NAME = "choose another name for the output"
 
 
-def check_path(path: str | None) -> str | None:
-    """The path of a file to write. Raises BadParameter for an empty one."""
-    if path == "":
-        raise typer.BadParameter("a file without a name cannot be written")
-    return path
-
-
 def is_file(path: str) -> bool:
     """Whether there is a regular file of this name; no file can have some names, such as one with a NUL."""
     with contextlib.suppress(OSError, ValueError):

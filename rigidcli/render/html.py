@@ -34,7 +34,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     # Only text is kept of a report: it may have a million samples.
     sections = [
         (report.heading, _section(report, look, head, f"result-{place}"))
-        for place, report in enumerate(_documents_once(reports), 1)
+        for place, report in enumerate(reports, 1)
     ]
     if sections:
         count = f"{len(sections)} result{'s' if len(sections) > 1 else ''}"
@@ -44,15 +44,6 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         style, scripts = _dress(body)
         scripts = [script_of("result.js"), *scripts]
         yield from page(title, ["<main>\n", body, "</main>\n"], scripts, [style])
-
-
-def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports. Only the first of a document keeps its text: the links of a robot share it."""
-    before = ("", "")
-    for report in reports:
-        document = (report.source, report.document)
-        yield replace(report, document="") if document == before else report
-        before = document
 
 
 def _contents(title: str, names: Iterable[str]) -> str:
