@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidcli.errors import RigidError, UsageError
-from rigidcli.report import Report, single_cells
+from rigidcli.report import Report
 from rigidcli.suggestions import guess
 
 if TYPE_CHECKING:
@@ -76,32 +76,21 @@ class Result(Report):
 
         return formulas(self, Look())
 
-    def to_dataframe(self, table: str | None = None) -> pd.DataFrame:
-        """A table as a DataFrame of pandas, with the columns of csv; `attrs["units"]` has their units.
+    def to_dataframe(self) -> pd.DataFrame:
+        """The columns of csv as a DataFrame of pandas; `attrs["units"]` has their units.
 
-        Without a name, it is the trajectory or orbit, or else one row with the results. By its name it is
-        another table, such as "stability" of `euler`. Raises UsageError where there is no such table, and
-        where pandas is not installed.
+        It is the trajectory or orbit, or else one row with the results. Raises UsageError without pandas.
         """
         try:
             import pandas as pd
         except ImportError:
             raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
-        chosen = self.data if table is None else next((t for t in self.tables if t.key == table), None)
-        if table is not None and chosen is None:
-            names = ", ".join(f"`{each.key}`" for each in self.tables) or "none"
-            raise UsageError(f"there is no table `{table}` here", hint=f"the tables are {names}")
-        if chosen is None:
-            from rigidcli.render.values import row_of
+        from rigidcli.render import Look
+        from rigidcli.render.parquet import piece
 
-            cells = {name: cell for name, cell in row_of(self).items() if name != "name"}
-            frame = pd.DataFrame({name: [value] for name, (value, _) in cells.items()}, index=[self.name])
-            units = {name: unit for name, (_, unit) in cells.items() if unit}
-        else:
-            columns = single_cells(chosen)
-            frame = pd.DataFrame({column.cells[0]: column.values for column in columns})
-            units = {column.cells[0]: column.unit for column in columns if column.unit}
-        frame.attrs["units"] = units
+        cells = piece(self, Look())
+        frame = pd.DataFrame(cells.columns)
+        frame.attrs["units"] = dict(cells.units)
         return frame
 
     def save_picture(self, path: str | os.PathLike[str]) -> None:

@@ -189,11 +189,8 @@ def test_data_frames_have_the_columns_of_csv_and_their_units() -> None:
     assert list(frame.columns[:4]) == ["t", "w1", "w2", "w3"]
     assert np.array_equal(frame[["w1", "w2", "w3"]], motion["trajectory"]["omega"])
     assert frame.attrs["units"]["L1"] == "kg m^2/s"
-    assert list(motion.to_dataframe("stability")["stable"]) == [True, False, True]
     row = rigidcli.axes(TEXT).to_dataframe()
     assert (len(row), row["mass"].iloc[0], row.attrs["units"]["lambda1"]) == (1, 12, "kg m^2")
-    with pytest.raises(rigidcli.RigidError, match="no table `orbit`"):
-        motion.to_dataframe("orbit")
 
 
 def test_without_pandas_the_message_says_what_helps(monkeypatch: pytest.MonkeyPatch) -> None:
