@@ -108,11 +108,6 @@ def _in_words(error: Exception, address: str) -> Exception:
             f"the scheduler at `{address}` was lost, or has given up this work",
             hint="start it and call again; what is printed so far is right",
         )
-    if isinstance(error, ImportError | AttributeError | MemoryError):
-        return ComputationError(
-            f"a worker of the cluster cannot do this: {_first_line(error) or 'there is too little memory'}",
-            hint="workers need the same extras of rigidcli, and enough memory",
-        )
     return error
 
 
