@@ -83,7 +83,6 @@ def _fields(motion: Trajectory) -> list[Field]:
     is_top = free is None and motion.method == CLOSED_FORM
     words = "driven: a symmetric top under its weight" if is_top else ""
     period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
-    turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return [
         field_of("euler", "moments", frame.moments),
         field_of("euler", "axes", frame.axes),
@@ -92,7 +91,6 @@ def _fields(motion: Trajectory) -> list[Field]:
         field_of("euler", "motion", kind, words=words),
         if_known(field_of("euler", "period", period)),
         if_known(field_of("euler", "flip_interval", flip)),
-        if_known(field_of("euler", "turns_per_flip", turns)),
         if_known(field_of("euler", "mean_space_rate", rate)),
         field_of("euler", "method", motion.method),
         field_of("euler", "steps", motion.steps),
