@@ -147,10 +147,6 @@ def _unheeded(asked: Asked, form: Format, picture: str | None) -> Iterator[tuple
         yield "--units", f"{form if is_data else 'the working'} has SI units, whatever `--units` says"
     if asked.units and picture:
         yield "--units", "the picture has SI units, whatever `--units` says"
-    for other in TRAITS:
-        for name in TRAITS[other].options:
-            if other is not form and getattr(asked, name):
-                yield shared.OPTIONS[name][0], f"it is for {other}"
 
 
 def _require_compatible(asked: Asked, form: Format, traits: Traits) -> None:

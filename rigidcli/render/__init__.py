@@ -70,7 +70,6 @@ class Traits(NamedTuple):
     `page`: it shows pictures and replays.
     `terminal`: a chart of characters may follow it.
     `file`: the ending of its files, if it is no text.
-    `options`: the options that no other format heeds.
     """
 
     ensembles: Ensembles = "starts"
@@ -80,7 +79,6 @@ class Traits(NamedTuple):
     page: bool = False
     terminal: bool = False
     file: str = ""
-    options: tuple[str, ...] = ()
 
     @property
     def people(self) -> bool:
@@ -97,8 +95,8 @@ class Traits(NamedTuple):
 TRAITS = {
     Format.table: Traits(ensembles="few", terminal=True),
     Format.json: Traits(),
-    Format.csv: Traits(ensembles="rows", options=("no_header", "unit_header")),
-    Format.latex: Traits(ensembles="few", options=("standalone",)),
+    Format.csv: Traits(ensembles="rows"),
+    Format.latex: Traits(ensembles="few"),
     Format.html: Traits(ensembles="few", page=True),
     Format.parquet: Traits(ensembles="rows", file=".parquet"),
     **dict.fromkeys((Format.python, Format.c), Traits(studies=("hamilton",), module="program", program=True)),
