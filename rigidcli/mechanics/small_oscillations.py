@@ -90,10 +90,6 @@ class LinearMotion(NamedTuple):
         sums: Array = self.masses * square + self.rates * s + self.stiffness
         return sums
 
-    def along(self, basis: Array) -> LinearMotion:
-        """The motion of the z in y = sum_k z_k e_k, where constraints leave the vectors e (rows) free."""
-        return LinearMotion(*(basis @ part @ basis.T for part in self)).changed(short_form)
-
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """This motion with every entry of its matrices changed."""
         of_each: Any = np.frompyfunc(change, 1, 1)
@@ -129,12 +125,6 @@ class Root(NamedTuple):
         if self.is_stable is False and self.growth:
             return self.growth
         return -self.growth if self.growth and not self.angular else self.angular
-
-    def along(self, basis: Array) -> Root:
-        """The root with vectors y = sum_k z_k e_k in place of z, as of `LinearMotion.along`."""
-        if self.vectors and self.vectors[0].dtype != object:
-            basis = basis.astype(np.float64)
-        return self._replace(vectors=tuple(_over_first(basis.T @ z) for z in self.vectors))
 
 
 def _over_first(vector: Vector) -> Vector:

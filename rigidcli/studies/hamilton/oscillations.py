@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import EXACT, inequality
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
@@ -19,7 +18,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import from_tree, substitute, without
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
-from rigidcli.core.arithmetic import FLOAT, Array, Floats
+from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.phase_space import Equilibrium, momentum, velocity
@@ -137,7 +136,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
     equations have no first order there.
     """
-    _require_fixed_constraints(document, equilibrium, derivation)
+    _require_no_constraints(document, derivation)
     try:
         momenta, notes = _cyclic_momenta(document, equilibrium, derivation)
         left = _reduced(derivation, equilibrium, momenta)
@@ -147,10 +146,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = there | dict.fromkeys(derivation.velocity_names, ZERO)
-        directions = _free_directions(document, derivation, still)
         _require_smooth([derivation.generator, *derivation.system.forces], momenta | still)
         motion = _linearised(left, there).changed(lambda e: tidy(without(e, place.assumed)))
-        motion = motion if directions is None else motion.along(directions)
         steady = _steady(document, equilibrium, derivation, momenta, there) if equilibrium.turning else []
     except ExpressionError as error:
         raise document.refusal(
@@ -162,43 +159,21 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         )
     rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
     roots = _roots(document, derivation, motion, rounding)
-    if roots and directions is not None:
-        roots = [root.along(directions) for root in roots]
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
     notes = (*notes, *place.notes, *_notes(roots, document))
     return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steady)
 
 
-def _require_fixed_constraints(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> None:
-    """Raise DocumentError unless constraints leave fixed directions, and the equilibrium is given."""
+def _require_no_constraints(document: Document, derivation: Derivation) -> None:
+    """Raise DocumentError where there are constraints."""
     limits = derivation.system.constraints
-    are_fixed = all(one.holonomic and is_zero(one.rest) for one in limits)
-    if not limits or (are_fixed and not equilibrium.is_sought and not equilibrium.turning):
-        return
-    message = (
-        "small oscillations are not worked out for a system with constraints on velocities or in the time, "
-        "nor is an equilibrium looked for"
-    )
-    hint = "follow an `orbit` that starts nearby"
-    if all(one.holonomic for one in limits):  # there are such coordinates
-        hint = "choose coordinates that obey the constraints, such as an angle"
-    raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
-
-
-def _free_directions(document: Document, derivation: Derivation, still: Named) -> Array | None:
-    """The directions (k by n) that constraints leave free where all is still; None without constraints.
-
-    Raises DocumentError where that breaks one.
-    """
-    slopes = []
-    for one in derivation.system.constraints:
-        miss = tidy(substitute(one.expression, still))
-        if not is_zero(miss):
-            message = f"no equilibrium: it breaks `{one.name}`, which is off by {written(miss)}"
-            raise document.refusal(message, EQUILIBRIUM_KEY)
-        slopes.append([tidy(substitute(a, still)) for a in one.slopes])
-    return np.array(matrices.null_vectors(slopes), dtype=object) if slopes else None
+    if limits:
+        hint = "follow an `orbit` that starts nearby"
+        if all(one.holonomic for one in limits):  # there are such coordinates
+            hint = "choose coordinates that obey the constraints, such as an angle"
+        message = "small oscillations are not worked out for a system with constraints"
+        raise document.refusal(message, EQUILIBRIUM_KEY, hint=hint)
 
 
 def _linearised(derivation: Derivation, there: Named) -> LinearMotion:
@@ -214,9 +189,8 @@ def _roots(
     document: Document, derivation: Derivation, motion: LinearMotion, rounding: float
 ) -> Sequence[Root] | None:
     """The roots of the linear motion. Raises ComputationError where its mass matrix is singular."""
-    free = dict.fromkeys((one.name for one in derivation.system.constraints), ZERO)
-    forces = [substitute(force, free) for force in derivation.system.forces]
-    is_free = all(force.is_zero for force in forces)
+    forces = derivation.system.forces
+    is_free = not derivation.is_forced
     try:
         if motion.is_of_first_order:
             raise ZeroDivisionError
@@ -235,21 +209,12 @@ def _roots(
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[dict[str, Expr], dict[str, Expr]]:
-    """The forces along the coordinates of the system at rest, and what else is known of it.
-
-    That is its momenta where H alone is known, or the multipliers of constraints.
-    """
+    """The forces along the coordinates of the system at rest, and its momenta where H alone is known."""
     phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
     momenta: dict[str, Expr] = {}
     if lagrange is not None:
         still = dict.fromkeys(derivation.velocity_names, ZERO)
         forces = [-substitute(rest, still) for rest in lagrange.rest]
-        if limits := derivation.system.constraints:
-            if derivation.multipliers_anywhere is None:
-                raise ComputationError("the multipliers are too long to be worked out in symbols")
-            pairs = zip(limits, derivation.multipliers_anywhere, strict=True)
-            momenta = {one.name: substitute(e, still) for one, e in pairs}
-            forces = [tidy(substitute(force, momenta)) for force in forces]
     else:
         size = len(phase.coordinates)
         known = None if equations is None else momenta_at_rest(equations[:size], phase)
@@ -277,9 +242,9 @@ def _given_place(document: Document, equilibrium: Equilibrium, forces: Named) ->
             notes = tuple(f"it is an equilibrium where the force {force} vanishes" for force in left.values())
             factors = (atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms)
             return EquilibriumPlace(place, known, notes, tuple(a for a in factors if atomic(a).unknown))
-    is_timed = any(TIME in force.names for force in left.values())
-    cannot_be_found = document.symbols or is_timed or (document.system and document.system.constraints)
-    hint = None if cannot_be_found else "look for one near these values: `equilibrium: {find: {...}}`"
+    # A search needs values, and forces that do not change with the time.
+    is_open = document.symbols or any(TIME in force.names for force in left.values())
+    hint = None if is_open else "look for one near these values: `equilibrium: {find: {...}}`"
     raise document.refusal(f"no equilibrium: at rest there, {_listed(left)}", EQUILIBRIUM_KEY, hint=hint)
 
 

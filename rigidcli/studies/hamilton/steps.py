@@ -226,10 +226,8 @@ def _of_oscillations(small: Oscillations, document: Document, place: Sequence[Fi
         kind = float if _is_numeric(part.flat, document) else object
         fields.append(Field("", part.astype(kind), name, rf"\mathbf{{{name}}}"))
     fields += _polynomial(matrix, unknown, document, title, head)
-    is_whole = len(motion.masses) == len(small.place)  # constraints leave fewer directions than coordinates
-    within = "" if is_whole else " in the directions that the constraints allow"
-    yield step("free" if is_free else "damped", (*place, *fields), s=unknown, within=within)
-    if is_free and is_small and is_whole:
+    yield step("free" if is_free else "damped", (*place, *fields), s=unknown)
+    if is_free and is_small:
         yield from _vectors(small, document, unknown)
 
 
