@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache
@@ -48,54 +48,10 @@ def _tidied(e: Expr, allowance: Allowance) -> Expr:
         is_whole = isinstance(atom, (Symbol, Pi, Surd))
         return None if is_whole else rebuilt(atom, lambda part: _tidied(part, allowance))
 
-    inner, roots = e, _roots(e)
+    inner = e
     with suppress(ExpressionError):
-        inner = mapped(_with_roots(e, roots, as_typed=False) if roots else e, tidied)
-    forms = list(dict.fromkeys([e, *_forms(inner, allowance)]))
-    if not roots:
-        return shortest(forms)
-    as_typed = shortest([_with_roots(form, roots, as_typed=True) for form in forms])
-    # Where both are equally long, the root that was typed is kept.
-    return min(as_typed, shortest(forms), key=lambda form: _length(form)[0])
-
-
-def _roots(e: Expr) -> dict[Atom, tuple[Group[Expr], Expr]]:
-    """Sums under roots, by the sum that is a factor of each: c**2 - v**2 of 1 - v**2/c**2."""
-    roots = [a for a in e.everywhere() if isinstance(a, Group) and not a.plain]
-    return {
-        core: (root, root.inner / atomic(core))
-        for root in dict.fromkeys(roots)
-        for core, n in factored(root.inner)[1]
-        if isinstance(core, Group) and n == 1 and root.inner != -core.inner
-    }
-
-
-def _with_roots(e: Expr, roots: Mapping[Atom, tuple[Group[Expr], Expr]], as_typed: bool) -> Expr:
-    """The powers of some sums, or of these times a factor, written by one of the two alone."""
-
-    def change(atom: Atom, n: Rational) -> Expr | None:
-        if not isinstance(atom, Group):
-            return None
-        size, monomial = factored(atom.inner)
-        core = next((a for a, k in monomial if a in roots and k == 1), None)
-        if core is None or (core is atom and not as_typed):
-            return None
-        root, factor = roots[core]
-        rest = gathered(size, {a: k for a, k in monomial if a is not core})
-        if not as_typed:
-            return (atomic(core) * rest) ** n
-        rest /= factor
-        # (root * rest)**n would multiply the root out. It is this product where rest > 0.
-        return atomic(root) ** n * rest**n if rest.sign() == 1 else None
-
-    return with_powers(e, change)
-
-
-def with_one_root(e: Expr) -> Expr:
-    """Terms with the same root written in one way, not with sqrt(1 - x**2/a**2) and sqrt(a**2 - x**2)."""
-    roots = _roots(e)
-    forms = [_with_roots(e, roots, as_typed) for as_typed in (False, True)]
-    return e if e in forms else shortest(forms)
+        inner = mapped(e, tidied)
+    return shortest(list(dict.fromkeys([e, *_forms(inner, allowance)])))
 
 
 def shortest(forms: Sequence[Expr]) -> Expr:

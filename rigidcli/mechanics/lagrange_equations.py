@@ -37,7 +37,7 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, polynomial_sum
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
-from rigidcli.algebra.simplification import apart, over_shared_sums, tidy, with_one_root
+from rigidcli.algebra.simplification import apart, over_shared_sums, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.errors import ExpressionError
@@ -58,7 +58,7 @@ class LagrangeEquations:
     def equations(self) -> tuple[Expr, ...]:
         """Expressions that vanish along every motion."""
         sums = matrices.times(self.matrix, list(map(symbol, self.names)))
-        return tuple(over_shared_sums(with_one_root(e + r)) for e, r in zip(sums, self.rest, strict=True))
+        return tuple(over_shared_sums(e + r) for e, r in zip(sums, self.rest, strict=True))
 
     @cached_property
     def accelerations(self) -> tuple[Expr, ...] | None:
