@@ -123,7 +123,7 @@ _ROWS = (
         ignored="body about axis frame motion top tide",
         section="orbit",
         pictures=dict.fromkeys(
-            ("section", "path", "phase", "modes", "resonance", "series", "observables"), "hamilton.pictures"
+            ("section", "path", "phase", "resonance", "series", "observables"), "hamilton.pictures"
         ),
         python="""
         >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}

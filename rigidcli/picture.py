@@ -8,15 +8,11 @@ from typing import Any, Literal
 
 @dataclass(frozen=True, slots=True)
 class PictureAxis:
-    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
-
-    `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
-    """
+    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit."""
 
     name: str
     symbol: str = ""
     unit: str = ""
-    ticks: tuple[PictureAxis, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

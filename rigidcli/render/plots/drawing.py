@@ -106,9 +106,6 @@ def figure_of(picture: Picture, title: str) -> Figure:
 def _measure(axes: Any, way: str, ruler: PictureAxis) -> None:
     """Label a direction with its symbol and unit, and a power of ten where its numbers ask for one."""
     axis = getattr(axes, f"{way}axis")
-    if ruler.ticks:
-        axis.set_ticks(range(len(ruler.ticks)), list(map(_name, ruler.ticks)))
-        return
     low, high = getattr(axes, f"get_{way}lim")()
     largest = max(abs(low), abs(high))
     if high - low < 1e-9 * largest:  # the rounding of a constant is not drawn out to fill the panel

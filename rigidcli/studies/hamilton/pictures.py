@@ -10,7 +10,6 @@ from typing import Literal
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import columns
@@ -29,7 +28,7 @@ from rigidcli.studies.hamilton.linear_equations import in_numbers
 from rigidcli.studies.hamilton.orbit import OrbitSolution, curve
 from rigidcli.studies.hamilton.system import known_values
 
-# The most coordinates or modes that one picture or replay shows.
+# The most coordinates that one picture or replay shows.
 MOST_SHOWN = 6
 # Places along each side of the grid on which H is worked out for its contours.
 GRID = 161
@@ -127,36 +126,18 @@ def _lines(
         yield _axes(*names), Mark(_form(orbit), shown.columns(pair))
 
 
-def modes(findings: Findings) -> Picture:
-    """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
-    small = findings.oscillations
-    if small is None or not small.modes or len(small.place) < 2:
-        raise UsageError("it is drawn for the modes of several coordinates about an `equilibrium`")
-    names, panels = tuple(small.place), []
-    rulers = (PictureAxis("", ticks=_axes(*names)), PictureAxis("displacement"))
-    places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
-    rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
-    for number, (root, entries) in enumerate(small.modes[:MOST_SHOWN], start=1):
-        rate, *vector = _numbers(findings.document, [root.rate, *entries.flat])
-        now, later = np.reshape(vector, (-1, 2)).T
-        marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
-        for lengths, label, style in ((now, "", 0), (later, "a quarter later", 1)):
-            for count, place in enumerate(np.flatnonzero(lengths)):
-                end = np.array([[place, 0.0], [place, lengths[place]]])
-                marks.append(Mark("arrow", end, "" if count else label, style=style))
-        kind = f"{rate:.4g} {'rad/s' if root.angular else '1/s'}" if rate else "zero mode"
-        panels.append(Panel(rulers, tuple(marks), f"mode {number}: {kind}"))
-    return _picture("modes", "normal modes", panels, small.modes, "modes")
-
-
 def resonance(findings: Findings) -> Picture:
     """Amplitudes and phases of the response to a force, by the rate of that force."""
     found, names = findings.driven, findings.derivation.phase.coordinates
     if found is None or not found.responses or found.responses[0].force.rate.is_zero:
         raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
     force, document = found.responses[0].force, findings.document
-    own, *_ = _numbers(document, [force.rate, *force.amplitudes, *force.behind, *found.motion.entries])
-    m, c, k, f = in_numbers(found.motion, force, known_values(document))
+    known = known_values(document)
+    entries = [force.rate, *force.amplitudes, *force.behind, *found.motion.entries]
+    if missing := sorted({name for e in entries for name in e.names} - known.keys()):
+        raise UsageError(f"no value is given for {', '.join(missing)}")
+    own = float(substitute(force.rate, known))
+    m, c, k, f = in_numbers(found.motion, force, known)
     if not np.linalg.eigvalsh(c + c.T).min() > 0:
         raise UsageError("it is drawn for systems with damping")
     # The free motion is slower than the square root of the trace of M^-1 K.
@@ -197,15 +178,6 @@ def _required(orbit: OrbitSolution | None) -> OrbitSolution:
 
 def _axes(*names: str) -> tuple[PictureAxis, ...]:
     return tuple(PictureAxis(name, latex_name(name), "s" if name == TIME else "") for name in names)
-
-
-def _numbers(document: Document, values: Sequence[float | Expr]) -> list[float]:
-    """The values as numbers. Raises UsageError where a symbol has no value."""
-    known = known_values(document)
-    used = {name for e in values if isinstance(e, Expr) for name in e.names}
-    if missing := sorted(used - known.keys()):
-        raise UsageError(f"no value is given for {', '.join(missing)}")
-    return [float(substitute(e, known)) if isinstance(e, Expr) else e for e in values]
 
 
 def _contours(findings: Findings, path: Floats) -> list[Mark]:
