@@ -41,8 +41,6 @@ from rigidcli.studies.common import if_known
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values, row_of, step
 
-# The largest power of a sine or cosine that is written as a sum of them.
-MOST_POWER = 6
 # The most coordinates whose response is written in letters: determinants of more fill a page.
 MOST_IN_LETTERS = 3
 # A rate of the free motion this near to that of the force, in units of it, is the same.
@@ -295,10 +293,10 @@ def _forces(motion: LinearMotion, matrix: Array, offset: Array) -> list[DrivingF
         force = offset[size + place] + derivative(moved[place], TIME) - lost[place]
         for monomial, factor in expand(force).terms.items():
             still = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
-            angles = _cosines([(atom, power) for atom, power in monomial if TIME in atom.names])
-            if angles is None:
+            angle = _angle_of([(atom, power) for atom, power in monomial if TIME in atom.names])
+            if angle is None:
                 return []
-            waves += [(place, angle, c * Expr({still: factor})) for angle, c in angles.items()]
+            waves.append((place, angle, Expr({still: factor})))
     alike: dict[Expr, list[tuple[int, Expr, Expr]]] = {}
     for wave in waves:
         rate = tidy(derivative(wave[1], TIME))
@@ -308,23 +306,15 @@ def _forces(motion: LinearMotion, matrix: Array, offset: Array) -> list[DrivingF
     return [_together(size, alike[rate]) for rate in sorted(alike, key=lambda rate: rate.is_zero)]
 
 
-def _cosines(factors: Sequence[tuple[Atom, Rational]]) -> dict[Expr, Expr] | None:
-    """A product of powers of sines and cosines as a sum of cosines: the coefficients by the angles.
-
-    None for other products, and where an angle is not w t + a.
-    """
-    parts = {ZERO: ONE}
-    for atom, power in factors:
-        angle = _angle(atom) if isinstance(atom, Applied) and atom.function in ("sin", "cos") else None
-        if angle is None or TIME in derivative(angle, TIME).names or power not in range(1, MOST_POWER + 1):
-            return None
-        for _ in range(int(power)):
-            halves: dict[Expr, Expr] = {}
-            for other, c in parts.items():  # 2 cos a cos b = cos(a + b) + cos(a - b)
-                for both in (other + angle, other - angle):
-                    halves[both] = halves.get(both, ZERO) + c / 2
-            parts = halves
-    return parts
+def _angle_of(factors: Sequence[tuple[Atom, Rational]]) -> Expr | None:
+    """The angle w t + a whose cosine a single factor is, or zero without factors; else None."""
+    if not factors:
+        return ZERO
+    ((atom, power), *others) = factors
+    if others or power != 1 or not isinstance(atom, Applied) or atom.function not in ("sin", "cos"):
+        return None
+    angle = _angle(atom)
+    return None if TIME in derivative(angle, TIME).names else angle
 
 
 def _angle(wave: Applied[Expr]) -> Expr:
