@@ -178,10 +178,9 @@ def solution(
 
 
 class NewHamiltonian(NamedTuple):
-    """K for positive values of some names, with the `old` variables as functions of the new ones."""
+    """K for positive values of some names."""
 
     hamiltonian: Expr
-    old: Mapping[str, Expr]
     positive: tuple[str, ...]
 
 
@@ -219,7 +218,7 @@ def new_hamiltonian(
         rates = [*(-moved[P] for P in new.momenta), *(moved[Q] for Q in new.coordinates)]
     misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
     positive = positive_names(misses, (*(new if is_given else old).names, TIME))
-    return None if positive is None else NewHamiltonian(k, back, positive)
+    return None if positive is None else NewHamiltonian(k, positive)
 
 
 def _points(expressions: Sequence[Expr], values: Mapping[str, Expr]) -> Iterator[RootSigns]:
@@ -232,22 +231,6 @@ def _points(expressions: Sequence[Expr], values: Mapping[str, Expr]) -> Iterator
         there = {name: here.value(e) for name, e in values.items()}
         if all(map(math.isfinite, there.values())):
             yield RootSigns({**point, **there})
-
-
-def added_by_forces(
-    forces: Sequence[Expr], old: Mapping[str, Expr], phase: Phase, new: Phase
-) -> Sequence[Expr]:
-    """What generalized forces on the `old` variables add to the equations of the new ones (2n).
-
-    With canonical variables dQ/dp = -dq/dP and dP/dp = dq/dQ, so that F_i adds -F_i dq_i/dP_j to the rate of
-    Q_j, and F_i dq_i/dQ_j to that of P_j.
-    """
-    there = [(substitute(f, old), old[q]) for f, q in zip(forces, phase.coordinates, strict=True)]
-
-    def along(name: str) -> Expr:
-        return tidy(total(f * derivative(q, name) for f, q in there))
-
-    return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
 
 
 def _added_slopes(old: Mapping[str, Expr], phase: Phase, new: Phase) -> list[Expr]:

@@ -20,7 +20,7 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Call, Formula, Negative, Node, Product, nodes
 from rigidcli.mechanics import canonical
-from rigidcli.mechanics.canonical import Generated, added_by_forces
+from rigidcli.mechanics.canonical import Generated
 from rigidcli.mechanics.canonical import generated as generated_by
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket, equations
 from rigidcli.report import Field, Step
@@ -116,6 +116,8 @@ class TransformedSystem(NamedTuple):
             )
         if self.conditions:
             yield f"H in the new variables is written for {' and '.join(self.conditions)}"
+        if self.hamiltonian is not None and self.equations is None:
+            yield "forces act beside H: the equations of the new variables are not worked out"
         if self.hamiltonian is not None:
             made, given = _functions([self.hamiltonian]), _functions(self.values.values())
             for function in ("sin", "cos", "tan"):
@@ -230,10 +232,8 @@ def _transformed(document: Document, transform: Transform, derivation: Derivatio
             break
         new_h = None
     assumed = dict.fromkeys([*(needed or ()), *(() if new_h is None else new_h.positive)])
-    moved = None if new_h is None else equations(new_h.hamiltonian, new)
-    if moved and new_h is not None and derivation.is_forced and derivation.rates:
-        added = added_by_forces(derivation.forces_of(derivation.rates), new_h.old, old, new)
-        moved = tuple(rate + force for rate, force in zip(moved, added, strict=True))
+    # Forces beside H would have to be transformed, too.
+    moved = None if new_h is None or derivation.is_forced else equations(new_h.hamiltonian, new)
     # A change that follows from a function is canonical, however its brackets are written.
     is_canonical = needed is not None or generated is not None
     wrong = [] if is_canonical else [pair for pair, miss in misses.items() if not is_zero(miss)]
