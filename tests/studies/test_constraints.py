@@ -160,10 +160,3 @@ def test_a_program_says_that_its_orbit_drifts_away_from_constraints(program: Pro
     assert outcome.code == 0
     assert "drifts away" in outcome.out
     assert "in the program the constraints are differentiated" in outcome.err
-
-
-def test_the_working_tells_how_events_are_found(program: Program) -> None:
-    shown = program("hamilton", "-q", "--steps", "configs/henon_heiles_section.yaml", "--duration", "50").out
-    assert "Events of the orbit" in shown
-    assert "x = 0, passed upwards" in shown
-    assert "Illinois" in shown

@@ -27,7 +27,6 @@ from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.phase_space import TIME
-from rigidcli.report import Field, Step
 from rigidcli.studies.hamilton import Findings, Progress
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
@@ -42,7 +41,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     terms,
     way_back,
 )
-from rigidcli.studies.hamilton.system import step
 
 # What messages call the solution.
 NAME = "the orbit"
@@ -417,24 +415,6 @@ def section_times(event: Event, solution: Solution, direction: str) -> tuple[Flo
             hint=f"take a longer `orbit.duration`{others}",
         )
     return times, event.touches(found.touched)
-
-
-def step_of_events(asked: Orbit, orbit: OrbitSolution) -> Step:
-    """Say what is looked for along an orbit, how it is found, and what came out."""
-    shown = list[Field]()
-    if asked.until is not None and orbit.end is not None:
-        time, reason = orbit.end
-        ends = _said("ends where" if reason != "duration" else "ends by its", reason)
-        shown += [_said("looked for", equation(asked.until.text)), Field("", time, "end", "t", "s"), ends]
-    if asked.section is not None:
-        way = {"up": "upwards", "down": "downwards", "both": "either way"}[asked.section.direction]
-        shown.append(_said("looked for", f"{equation(asked.section.at.text)}, passed {way}"))
-        shown.append(Field("", len(orbit.samples.times), "crossings"))
-    return step("events", shown)
-
-
-def _said(title: str, words: str) -> Field:
-    return Field("", words, title, words=words)
 
 
 # --- motion to and fro

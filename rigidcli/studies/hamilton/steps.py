@@ -82,11 +82,6 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
             yield step("steady", _under(fields, "routhian", "effective_potential", "steady"))
         place = _under(fields, "equilibrium")
         yield from _of_oscillations(findings.oscillations, findings.document, place)
-    asked, orbit = findings.document.orbit, findings.orbit
-    if asked is not None and orbit is not None and asked.events:
-        from rigidcli.studies.hamilton.orbit import step_of_events
-
-        yield step_of_events(asked, orbit)
     if derivation.hamiltonian is None:
         return
     for e, name in derivation.named_invariants or ():
