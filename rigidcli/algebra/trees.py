@@ -24,27 +24,13 @@ def to_tree(e: Terms) -> tree.Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number("0")
-    terms = _in_one_sign([_term(monomial, coefficient) for monomial, coefficient in e.ordered], e)
+    terms = [_term(monomial, coefficient) for monomial, coefficient in e.ordered]
     for place, term in enumerate(terms):
         if not isinstance(term, tree.Negative):
             terms.insert(0, terms.pop(place))
             break
     flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
     return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
-
-
-def _in_one_sign(terms: list[tree.Node], e: Terms) -> list[tree.Node]:
-    """The terms with p - q in place of q - p beside it: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
-    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], tree.Negative)]
-    if turned and any(c > 0 for _, c in e.ordered):
-        sums = [{part for part in tree.nodes([term]) if isinstance(part, tree.Sum)} for term in terms]
-        for k in turned:
-            monomial, coefficient = e.ordered[k]
-            opposite = _term(monomial, -coefficient)
-            beside = set[tree.Node]().union(*sums[:k], *sums[k + 1 :])
-            if not beside.isdisjoint({*tree.nodes([opposite])} - sums[k]):
-                terms[k] = -opposite
-    return terms
 
 
 @lru_cache(4096)
