@@ -261,12 +261,6 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             both = {*typed.terms}, {-term for term in typed.terms}
             if isinstance(square.base, Sum) and {*square.base.terms} in both:
                 sums.setdefault(square.base, typed)
-    for root in (equation.expression.root for equation in (system.constraints or {}).values()):
-        if isinstance(root, Sum):
-            terms = [from_tree(term, values) for term in root.terms]
-            whole, typed = to_tree(total(terms)), Sum(tuple(map(to_tree, terms)))
-            if isinstance(whole, Sum) and {*whole.terms} == {*typed.terms}:
-                sums.setdefault(whole, typed)
     return sums
 
 
