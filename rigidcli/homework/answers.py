@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -40,25 +40,21 @@ _ANSWER = frozenset([
     "answer", "answers", "antwort", "lösung", "réponse", "respuesta", "result", "results", "solution",
     "value",
 ])  # fmt: skip
-# A line that begins with one of the `<names>` in a bullet, a list, a heading, bold letters or a table.
-_DRESSED = rf"""(?xi) (?P<indent>\s*+)
-    (?P<marks>(?: [-*•+>]\s++ | [0-9]{{1,3}}[.)]\s++(?=[*_`]*+[\w.-]+[*_`]*+\s*[:=]) | \#++\s*+
-        | [*_`]++ | (?P<pipe>\|)\s*+ )*+)
+# A line that begins with one of the `<names>`, bare or in a bullet, a heading, bold letters or a table.
+_NAMED = rf"""(?xi)
+    (?P<marks>(?: [-*•+>]\s++ | [0-9]{{1,3}}[.)]\s++(?=[*_`]*+(?:<names>)[*_`]*+\s*[:=]) | \#++\s*+
+        | (?P<bold>[*_`"'“„]++) | \|\s*+ )*+)
     (?P<word>(?:(?:my|the|to|for|of|zu|zur|question|problem|exercise|task|part|aufgabe|frage|teil|übung|exercice
         |ejercicio|pregunta|ans|ex|nr|no|id|q|{"|".join(sorted(_ANSWER))}) [.:_-]?\s*+)*?)
-    (?P<open>\()? (?P<name><names>) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S|\Z))?
-    \s*[*_`]*+\s* (?P<end>[:=]=?>?|->|→|[.)|])? \s*[*_`]*+ (?=\s|\Z|(?(pipe)(?<=\|)|\b\B)) \s* (?P<rest>.*)"""
+    (?P<open>\()? (?P<name><names>) (?(open)\)) ["'”“]*+ (?P<dash>\s+[-–—](?=\s+\S|\Z))?
+    \s*[*_`]*+ (?P<end>\t|\s*(?:[:=]=?>?|->|→|[.)|](?=[\s*_`]|\Z)))? (?(bold)[*_`]*+) (?(end)|(?=\s|\Z))
+    \s* (?P<rest>.*)"""
 _BULLET = re.compile(r"(?:[-*•+]|[0-9]+[.)])\s")  # of a list, which may be numbered
 _BEGINNING = re.compile(r"[-+~]?[0-9.\[({\\$]")  # of a number, a list or a formula
 # The beginning of a sentence: two words in a row, of the first four.
 _SENTENCE = re.compile(r"(?:\w+ ){0,2}[^\W\d_]{2,} [^\W\d_]{2,}")
 _RULE = re.compile(r"\s*(?:[-=|:+]\s*){3,}")  # of a table, or below a heading
 _LABEL = re.compile(rf"(?i)\s*[*_]*(?:{'|'.join(sorted(_ANSWER))})[*_]*:[*_]*(?:\s+|$)")
-# The heads of a table of csv that has a question and its answer in each line.
-_HEADS = re.compile(
-    r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
-    rf"\s*[\"']?(?:{'|'.join(sorted(_ANSWER))})[\"']?[ \t]*(?=\r?\n)"
-)
 # The most blanks between words, as patterns look at each of them many times; more say nothing.
 LONGEST_GAP = 20
 _LONG_GAP = re.compile(rf"(?<=\S)[^\S\n]{{{LONGEST_GAP},}}")
@@ -97,8 +93,6 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     text = _LONG_GAP.sub(" " * LONGEST_GAP, text)
     text = text.removeprefix("\ufeff").replace("：", ": ")
     text = re.sub(r"(?im)^([^\S\n]*answers[^\S\n]*)=", r"\1:", text)
-    if table := _HEADS.match(text):
-        text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
     lines = _QUOTED.sub(_literal, text).splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
     begin, section = next(((place, match) for place, match in sections if match), (-1, None))
@@ -114,8 +108,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
             # Brackets and commas are taken away, and what is left is read line by line.
             refused = unreadable
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
-    readings = [_entries(form, begin + 2, names) for form in _forms(lines[begin + 1 :], names)]
-    entries, stray = max(readings, key=lambda reading: _answered(reading[0], reading[1], names))
+    entries, stray = _entries(lines[begin + 1 :], begin + 2, names)
     heads = {folded(entry.name) for entry in entries}
     if refused and (heads.isdisjoint(names) if names else section is None):
         raise refused
@@ -126,89 +119,9 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     return _by_question(given, known), capped(stray)
 
 
-def _forms(lines: list[str], names: Collection[str]) -> list[list[str]]:
-    """The lines as they are, and with `name: answer` in place of bullets, headings, bold letters and tables.
-
-    What stands below a heading is its answer. The likelier form comes first: bullets may be the list that
-    is an answer.
-    """
-    found, bare = _named(lines, names)
-    is_table = any("|" in match.group("marks", "end") for match in found.values())
-    undressed, margin = list[str](), ""
-    for place, line in enumerate(lines):
-        match = found.get(place)
-        if match:
-            rest = match["rest"].removesuffix("|").strip() if is_table else match["rest"]
-            rest = "" if _is_title(match, lines, place) else rest
-            undressed.append(f"{match['indent']}{_spelled(match['name'], names)}: {rest}")
-            margin = "" if rest or _BULLET.match(match["marks"]) else "  "
-        elif (is_table and line.lstrip().startswith("|")) or (place - 1 in found and _RULE.fullmatch(line)):
-            undressed.append("")
-        else:
-            margin = "" if place in bare and bare[place]["end"] == ":" else margin
-            undressed.append(margin + line)
-    headings = [match for match in found.values() if not _BULLET.match(match["marks"])]
-    if undressed == lines:
-        return [lines]
-    if len(headings) > 1:
-        return [undressed]
-    return [undressed, lines] if len(headings) == len(found) else [lines, undressed]
-
-
-_Lines: TypeAlias = dict[int, re.Match[str]]
-
-
-def _named(lines: list[str], names: Collection[str]) -> tuple[_Lines, _Lines]:
-    """The lines that begin with the name of a question in some dress, and those with the bare name.
-
-    A dash behind a name may be a minus sign: it counts if all bare names have one. A dot or a bracket counts
-    if a name stands alone with it, above its answer, and there are no headings. Rows of a table may be a
-    matrix: they count if they name more questions than all else.
-    """
-    parts = [re.sub(r"([0-9])([a-z]+)$", r"\1[\\s.]*(?:\2|\\(\2\\))", re.escape(name)) for name in names]
-    pattern = re.compile(_DRESSED.replace("<names>", "|".join(parts) or r"\b\B"))
-    found, bare, rows = _Lines(), _Lines(), _Lines()
-    for place, line in enumerate(lines):
-        match = pattern.fullmatch(line.rstrip())
-        if match is None or (match["marks"].strip() == "#" and match["rest"]):
-            continue
-        is_told = any(match.group("end", "dash", "open")) or _is_plain(match["name"], match["rest"])
-        if match["word"] and not match["end"]:
-            is_told = not (match["word"].endswith(" ") and _SENTENCE.match(match["rest"]))
-        is_told = is_told or match["marks"].endswith(("*", "_", "`"))
-        if is_told or (match["marks"] and not _BULLET.match(match["marks"])):
-            is_row = "|" in match["marks"] or (match["end"] == "|" and match["rest"])
-            is_bare = folded(match["name"]) in names and not any(match.group("marks", "word", "open"))
-            (rows if is_row else bare if is_bare else found)[place] = match
-    closed = {place: match for place, match in bare.items() if match["end"] in (".", ")")}
-    if len(bare) > 1 and all(match["dash"] for match in bare.values()):
-        return found | bare, {}
-    if not found and not all(match["rest"] for match in closed.values()):
-        found = closed
-    if len(rows) > len(found) + sum(match["end"] is not None for match in bare.values()):
-        found = rows
-    return found, bare
-
-
 def _spelled(name: str, names: Collection[str]) -> str:
     """The name of a question, which is `1a` also where `1 (a)` or `1.a` is written."""
     return name if folded(name) in names else re.sub(r"[\s.]*\(?([^\W\d]+)\)?$", r"\1", name)
-
-
-def _is_title(match: re.Match[str], lines: Sequence[str], place: int) -> bool:
-    """Whether the words in a heading are a title, as something else than a sentence is below."""
-    is_heading = "#" in match["marks"] or match["rest"].endswith("**")
-    if not (is_heading and _SENTENCE.match(match["rest"])) or "=" in match["rest"]:
-        return False
-    below = next((lines[after] for after in range(place + 1, len(lines)) if lines[after].strip()), "#")
-    return not below.startswith("#") and not _SENTENCE.match(below)
-
-
-def _answered(entries: Sequence[_Entry], stray: Sequence[str], names: Collection[str]) -> int:
-    """How many questions have an answer; none where other lines stand beside few of them, as in prose."""
-    given = {folded(entry.name) for entry in entries if not entry.is_empty}
-    number = sum(name in given for name in names)
-    return 0 if stray and 2 * number < len(names) else number
 
 
 def _literal(quoted: re.Match[str]) -> str:
@@ -233,15 +146,26 @@ def _of_tree(tree: Tree, names: Collection[str]) -> dict[str, Tree]:
 
 @dataclass(slots=True)
 class _Entry:
-    """One answer: its `name`, its lines, the `number` of the first one in the file, and its indentation."""
+    """One answer: its `name`, its lines, the `number` of the first one in the file, and its indentation.
+
+    Names in the same `dress` are siblings: the signs around a name. All lines below an `is_open` one are its
+    own. The words of a heading are a `title`, unless there is no other answer below.
+    """
 
     name: str
-    number: int
-    indent: int
     lines: list[str]
+    dress: str = ""
+    is_open: bool = False
+    title: str = ""
+    number: int = 0
+    indent: int = 0
     depth: int = -1  # the indentation of what stands below the name, if anything does
     brackets: int = 0  # those that are open
     braces: int = 0
+
+    def __post_init__(self) -> None:
+        first, self.lines = self.lines[0], []
+        self.add(first)
 
     def add(self, line: str) -> None:
         if self.lines and line.strip() and self.depth < 0:
@@ -257,6 +181,9 @@ class _Entry:
 
     def value(self) -> Tree | Unreadable:
         """The answer, as YAML or else as text."""
+        below = next((line.strip() for line in self.lines if line.strip()), "")
+        if self.title and (not below or _SENTENCE.match(below)):
+            self.lines = [self.title]
         labels = [place for place, line in enumerate(self.lines) if _LABEL.match(line)]
         if labels:  # what stands above is the question
             self.lines = [_LABEL.sub("", self.lines[labels[0]]), *self.lines[labels[0] + 1 :]]
@@ -284,17 +211,18 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
     `names` are those of the questions, the longest first. Raises Unreadable for too many.
     """
     entries, stray = list[_Entry](), list[str]()
+    heads = list(_heads(lines, names))
     is_aside = is_apart = False
-    for number, raw in enumerate(lines, first):
+    for number, (raw, named) in enumerate(zip(lines, heads, strict=True), first):
         line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
         text = line.lstrip(" ")
         indent = len(line) - len(text)
         last = entries[-1] if entries else None
-        is_silent = _SILENT.match(text) is not None
         is_below = last is not None and not last.lines[0].strip() and not last.indent >= indent < last.depth
-        head = None if is_silent else _head(text, names, is_below=is_below)
-        if last is not None and last.is_empty and head and re.match(rf"{re.escape(last.name)}\s*=", text):
-            head = None  # `T = 3 s` below `T:` is its answer
+        head = named if named and _is_name(named, last, text, indent, is_below=is_below) else None
+        is_silent = head is None and (_SILENT.match(text) is not None or _is_ruled(text, last))
+        is_question = head is not None
+        head = head or (None if is_silent else _key(text, is_numbered=not names, is_below=is_below))
         # What begins as a sentence is no answer, up to the end of its paragraph.
         is_word = len(text) > 1 and text.rstrip(".,!:").isalpha()
         is_said = is_word or ("=" not in text and _SENTENCE.match(text) is not None)
@@ -304,22 +232,21 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
             # A key begins the next answer, unless a brace is open.
             is_inside = last.brackets + last.braces > 0 and not (_KEY.match(text) and last.braces <= 0)
             # A question stands by itself, however deep.
-            is_question = head and not is_below and folded(head[0]) in names
-            is_deeper = indent > last.indent and not is_question
+            is_deeper = (indent > last.indent or last.is_open) and not is_question
             # An equation goes on with another one, and a formula behind an operator.
             is_formula = ("=" in text and "=" in last.lines[0]) or last.lines[-1].endswith(tuple("+-*/="))
             is_more = is_below or (is_formula and not is_apart)
             is_lead = head is None and (last.is_empty or _GOES_ON.match(text) or (is_more and not is_said))
-            is_label = head and folded(head[0]) in _ANSWER.difference(names)
+            is_label = head and folded(head.name) in _ANSWER.difference(names)
             if is_silent or is_inside or is_label or (not is_aside and (is_deeper or is_lead)):
-                last.add("" if text.rstrip() in ("---", "...") else line)
+                is_empty = _is_ruled(text, last) or text.rstrip() in ("---", "...")
+                last.add("" if is_empty else line)
                 is_apart = not text
                 continue
         is_aside, is_apart = head is None, not text
         if head is not None:
-            depth = indent if last is None else min(indent, last.indent)
-            entries.append(_Entry(head[0], number, depth, []))
-            entries[-1].add(head[1])
+            head.number, head.indent = number, indent if last is None else min(indent, last.indent)
+            entries.append(head)
             if len(entries) > MOST_ANSWERS:
                 raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
         elif not is_silent:
@@ -327,23 +254,69 @@ def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_
     return entries, stray
 
 
-def _head(text: str, names: Sequence[str], *, is_below: bool) -> tuple[str, str] | None:
-    """The name at the beginning of a line, and what is behind it; `is_below`: a name alone stands above."""
-    plain = text.lstrip("\"'“„")
-    for name in names:
-        if plain[: len(name)].casefold() == name:
-            behind = plain[len(name) :].lstrip("\"'”“")
-            mark = re.match(r"\s*(?:[:=]=?>?|->|→)\s*|[.)]\s+|\s+(?=\S)", behind)
-            if is_below and mark and mark[0].strip(" .)") == "":
-                return None  # a row of a matrix, or an item of a list
-            if mark and (mark[0].strip(" ") or _is_plain(name, behind[mark.end() :])):
-                return plain[: len(name)], behind[mark.end() :]
+def _heads(lines: Sequence[str], names: Sequence[str]) -> Iterator[_Entry | None]:
+    """For each line the entry that it begins if it is no part of another: by the name of a question.
+
+    A dash behind a bare name may be a minus sign: it separates if all bare names have one.
+    """
+    parts = [re.sub(r"([0-9])([a-z]+)$", r"\1[\\s.]*(?:\2|\\(\2\\))", re.escape(name)) for name in names]
+    pattern = re.compile(_NAMED.replace("<names>", "|".join(parts) or r"\b\B"))
+    found = [pattern.fullmatch(line.strip()) for line in lines]
+    bare = [match for match in found if match and not any(match.group("marks", "word", "open"))]
+    are_dashed = len(bare) > 1 and all(match["dash"] for match in bare)
+    titles = sum(match["marks"].strip() == "#" for match in found if match)
+    is_title = titles == 1 and any("|" not in (match["end"] or "|") for match in found if match)
+    for match in found:
+        if match is None or (match["marks"].strip() == "#" and (match["rest"] or is_title)):
+            yield None
+            continue
+        marks, end = match["marks"], (match["end"] or "").strip(" ")
+        is_bare, rest = not any(match.group("marks", "word", "open")), match["rest"].strip()
+        if match["dash"] and is_bare and not are_dashed:
+            rest = match.string[match.start("dash") :].strip()
+        end = end or (match["open"] or "") or "-" * bool(match["dash"] and (not is_bare or are_dashed))
+        is_told = end or _is_plain(match["name"], rest)
+        if match["word"] and not end:
+            is_told = not (match["word"].endswith(" ") and _SENTENCE.match(rest))
+        if not (is_told or marks.endswith(("*", "_", "`")) or (marks and not _BULLET.match(marks))):
+            yield None
+            continue
+        dress = re.sub(r"[\w\s]", "", marks) + "?" * bool(match["word"]) + end
+        rest = rest.removesuffix("|").strip() if "|" in dress else rest
+        is_said = ("#" in marks or rest.endswith("**")) and "=" not in rest and _SENTENCE.match(rest)
+        title, rest = (rest.strip("* "), "") if is_said else ("", rest)
+        is_open = not rest and (not is_bare or end in (".", ")")) and not _BULLET.match(marks)
+        yield _Entry(_spelled(match["name"], names), [rest], dress, is_open, title)
+
+
+def _is_name(entry: _Entry, last: _Entry | None, text: str, indent: int, *, is_below: bool) -> bool:
+    """Whether a line with the name of a question begins its answer, and is no part of the `last` one.
+
+    What stands below a name may be a mapping, a list or a table, unless the name above is dressed alike.
+    """
+    if last is None or (entry.dress and entry.dress == last.dress and indent <= last.indent):
+        return True
+    is_loose = (
+        entry.dress in ("", ".", ")", "(", "-", "=", "\t") or indent > last.indent or _BULLET.match(text)
+    )
+    return not (is_below and is_loose) and "|" not in entry.dress
+
+
+def _is_ruled(text: str, last: _Entry | None) -> bool:
+    """Whether a line is a rule below a heading, or a row of a table with other things than answers."""
+    if last is None or "|" in last.dress:
+        return text.startswith("|") or (last is not None and _RULE.fullmatch(text) is not None)
+    return last.is_empty and "|" not in text and _RULE.fullmatch(text) is not None
+
+
+def _key(text: str, *, is_numbered: bool, is_below: bool) -> _Entry | None:
+    """The entry of a line with a name that is no question's; `is_below`: a name alone stands above."""
     name, colon, behind = text[:100].partition(":")
     name = "" if is_below and _BULLET.match(text) else name.strip().strip("\"'")
     if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
-        return name, text.partition(":")[2].strip()
-    numbered = None if names or is_below else _NUMBERED.fullmatch(text)
-    return (numbered["name"], numbered["value"]) if numbered else None
+        return _Entry(name, [text.partition(":")[2].strip()], ":")
+    numbered = _NUMBERED.fullmatch(text) if is_numbered and not is_below else None
+    return _Entry(numbered["name"], [numbered["value"]]) if numbered else None
 
 
 def _is_plain(name: str, answer: str) -> bool:

@@ -237,7 +237,7 @@ def test_a_file_of_bullets_answers_the_questions_that_they_name(marks: tuple[str
     assert read(text) == {"a": "20.8 rad/s", "spring": "3/8"}
 
 
-@pytest.mark.parametrize("text", ["- 1: 5\nI am not sure\n", "spring:\n- a: 3\n- x: 2\n"])
-def test_bullets_among_other_lines_are_no_file_of_bullets(text: str) -> None:
+@pytest.mark.parametrize("text", ["spring:\n- a: 3\n- x: 2\n", "spring:\n* a: 3\n* 1: 2\n"])
+def test_bullets_below_a_name_are_its_answer(text: str) -> None:
     with contextlib.suppress(Unreadable):
         assert read(text).keys().isdisjoint({"1", "a"})
