@@ -14,10 +14,13 @@ from typing import Any
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.numbers import advice, read_units
-from rigidcli.language import typed
+from rigidcli.homework.numbers import advice
+from rigidcli.language import tree, typed
+from rigidcli.language.expression import numbers
 from rigidcli.language.latex import HAT, with_hats
+from rigidcli.language.text import reading
 from rigidcli.language.tokens import rewritten, rules
+from rigidcli.language.tree import fold
 from rigidcli.language.typed import closings_of, cut, is_enclosed, without_brackets
 from rigidcli.language.words import CALLED, said
 
@@ -335,60 +338,54 @@ def _has_decimal_commas(text: str) -> bool:
 # --- sums of unit vectors
 
 AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
-_FOUND = "\ue000\ue001\ue002"  # the signs of the unit vectors, once they are found
-_VECTOR = re.compile(f"[{_FOUND}]")
-# Unit vectors with hats, as `e_x` and `i`, and as bare letters; the first kind found counts.
+_VECTORS = ("unit_x", "unit_y", "unit_z")  # their names, once they are found
+# Unit vectors with hats or as `e_x`, as `i`, and as other bare letters; the first kind found counts.
 _UNIT_VECTORS = (
-    re.compile(rf"([ijkxyz])(?:{HAT}+|\^(?=\s*(?:[-+)]|\Z)))|e{HAT}+_?([xyz123])(?!\w)"),
-    re.compile(rf"(?<![A-Za-z_])(?:[eu]_?([xyz])|(?<!\d)[eu]_?([123])|([ijk]))(?![\w({_FOUND}])"),
+    re.compile(
+        rf"([ijkxyz])(?:{HAT}+|\^(?=\s*(?:[-+)]|\Z)))"
+        rf"|(?<![A-Za-z_])(?:[eu]{HAT}*_?([xyz])|(?<!\d)[eu]{HAT}*_?([123]))(?![\w(])"
+    ),
+    re.compile(r"(?<![A-Za-z_])([ijk])(?![\w(])"),
     re.compile(r"(?<![A-Za-z_])(?<!\(\d)([xyz])(?![\w(])"),  # and no count, as in `11 (2x)`
 )
-# What stands before a term of a sum that is not the first one.
-_NEXT_TERM = re.compile(rf"(?<=[\w)\]{_FOUND}])(?<!\d[eE])\s*(?=[-+])")
+_ONE = tree.Number("1", 1.0)
+_TREES = numbers(tree.Number, tree.Power, lambda name, arguments: tree.Call(name, tuple(arguments)))
 
 
 def _in_unit_vectors(text: str) -> Tree:
-    """The components of a sum such as `2 j + 12 k` or `a (b x̂ + c ŷ)`, with a unit behind it; or None."""
+    """The components of a formula that is linear in unit vectors, such as `2 j + 12 k`; or None."""
     text = text.rpartition("=")[2].strip()
     found = re.sub(r"\*\*([ijkxyz])\*\*", r" \1 ", text)  # bold letters in Markdown
     for pattern in _UNIT_VECTORS:
-        if not _VECTOR.search(found):
-            found = pattern.sub(lambda vector: _FOUND[AXES[next(filter(None, vector.groups()))]], found)
-    if not _VECTOR.search(found) or re.search(r"[;\n]|,(?!\d)|(?<!\d),", without_brackets(found)):
+        if "unit_" not in found:
+            found = pattern.sub(_named_unit_vector, found)
+    if "unit_" not in found or re.search(r"[;\n]|,(?!\d)|(?<!\d),", without_brackets(found)):
         return None
-    found, unit = _bare(found.replace(HAT, "")), ""
-    if len(closings_of(found)) > MOST_BRACKETS:
-        return None
-    first, *between, last = _VECTOR.split(found)
-    if all(re.match(r"\s*[-+)]", each) for each in between) and f"{first}{between}".strip(" []"):
-        with suppress(Unreadable):  # it may be a factor behind its vector
-            unit = last.strip() if read_units(last) else ""
-            found = found.removesuffix(last)
-    components = [_component(found, vector) for vector in _FOUND]
-    if None in components:
-        return None
-    return [_moved(component, "", unit) if component else "0" for component in components]
+    with suppress(ExpressionError):
+        for root in typed.expressions(found.replace(HAT, ""), None, leading=False):
+            if _along(root, "") == tree.ZERO:
+                return [_component(_along(root, axis)) for axis in _VECTORS]
+    return None
 
 
-def _component(text: str, vector: str) -> str | None:
-    """What a unit vector is multiplied by in a sum, empty where it has no term; None for no such sum."""
-    kept = list[str]()
-    for term in filter(str.strip, cut(text, _NEXT_TERM)):
-        brackets = [each for each in sorted(closings_of(term).items()) if _VECTOR.search(term, *each)]
-        one = _VECTOR.search(term)
-        if one is None:
-            return None
-        start, end = brackets[0] if brackets else (one.start(), one.start())
-        before, behind = term[:start].rstrip(" *·"), term[end + 1 :].strip()
-        inner = _component(term[start + 1 : end], vector) if brackets else "1" * (one[0] == vector)
-        if inner is None or _VECTOR.search(before + behind) or behind.startswith("^"):
-            return None
-        if not inner:
-            continue
-        divided = behind if behind.startswith("/") else ""
-        value = _times(before.lstrip("+- "), inner, "" if divided else behind.lstrip("*· "))
-        kept.append("-" * before.startswith("-") + value + divided)
-    return f"({' + '.join(kept)})" if len(kept) > 1 else "".join(kept)
+def _named_unit_vector(vector: re.Match[str]) -> str:
+    """The name of a unit vector, in brackets, as it is part of no argument and of no divisor before it."""
+    return f" ({_VECTORS[AXES[next(filter(None, vector.groups()))]]}) "
+
+
+def _along(root: tree.Node, axis: str) -> tree.Node:
+    """The formula with a one for this unit vector, and zeros for the others."""
+
+    def meant(name: str) -> tree.Node:
+        return tree.Name(name) if name not in _VECTORS else _ONE if name == axis else tree.ZERO
+
+    along: tree.Node = fold(root, meant, _TREES)
+    return along
+
+
+def _component(node: tree.Node) -> str:
+    """A component as it is typed; a one stays where it stands before a unit."""
+    return "0" if node == tree.ZERO else re.sub(r"\*1(?![\w.])", "", reading(node))
 
 
 def _times(*factors: str) -> str:
