@@ -120,17 +120,6 @@ def test_a_page_shows_the_body_with_its_axes_in_three_dimensions(program: Progra
         assert way / np.linalg.norm(way) == pytest.approx(axis, abs=1e-6)
 
 
-def test_links_of_a_robot_are_shown_by_their_geometry(program: Program) -> None:
-    page = program("axes", "configs/arm.urdf", "-q", "-f", "html").out
-    assert page.count("new Replay(") == 1
-    shown = [sent(figure)["stages"][0] for figure in page.split("<figure class=rigidcli-replay>")[1:]]
-    assert [stage["parts"][0]["label"] for stage in shown] == ["the body"] * 3
-    bar = sent(page.split("<figure class=rigidcli-replay>")[2])
-    points = bar["arrays"][bar["stages"][0]["parts"][0]["points"]].reshape(-1, 3)
-    extent = np.ptp(points, axis=0)
-    assert extent / extent[0] == pytest.approx([1, 1 / 8, 1 / 8], rel=1e-5)
-
-
 # --- Texts
 
 

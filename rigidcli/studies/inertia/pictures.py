@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from pydantic import ValidationError
 
 from rigidcli.bodies.composites import Composite, Leaf
-from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import Shape, Wire
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
-from rigidcli.errors import RigidError, UsageError
-from rigidcli.fields.environment import Environment
+from rigidcli.errors import UsageError
 from rigidcli.picture import Mark, Panel, Picture, PictureAxis
 from rigidcli.studies.common import require_values
 
@@ -79,8 +75,8 @@ def reach(marks: Sequence[Mark], centre: Floats) -> float:
 
 
 def marks_of_body(document: Document) -> Iterator[Mark]:
-    """The parts of the body, or the geometry of a robot's link, along the document's axes."""
-    form = _form(document)
+    """The parts of the body, along the document's axes."""
+    form = document.body
     if form is None:
         return
     place = form.motion(FLOAT)
@@ -111,17 +107,6 @@ def _grown(faces: list[Floats]) -> list[Floats]:
     points = np.vstack(faces)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     return [middle + HOLE_GROWN * (face - middle) for face in faces]
-
-
-def _form(document: Document) -> Form | None:
-    """The body; for a robot's link, the geometry in the first role, if there is any that can be read."""
-    link = document.draft.link
-    if link is None:
-        return document.body
-    parts = [body for role, body in link.geometry if body and role == link.geometry[0][0]]
-    with suppress(ValidationError, RigidError):
-        return Composite.model_validate({"parts": parts}, context=Environment())
-    return None
 
 
 def _outside(faces: list[Floats]) -> list[Floats]:
