@@ -169,6 +169,13 @@ def _require_physical(
     return tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3), halves, less)
 
 
+def weighed(body: Mapping[str, Any]) -> mass_properties.MassProperties | None:
+    """The mass properties that a mass and a tensor give, in floats; None where no body has them."""
+    with suppress(ValidationError, ValueProblem):
+        return KnownTensor.model_validate(body, context=Environment()).properties(FLOAT)
+    return None
+
+
 class RobotLink(Form):
     """A link of a robot, with the mass and the tensor that its file says, in the frame of the link."""
 

@@ -27,7 +27,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Part, Robot, Weight
 from rigidcli.errors import DocumentError, Problem, ValueProblem, first_few, shortened, shown
 from rigidcli.fields.texts import read_text
 from rigidcli.language.numerals import NUMERAL
@@ -157,19 +157,6 @@ def _angles(values: Sequence[Any], unit: str) -> list[Any]:
 
 # --- URDF
 
-ROUND = {"radius": ("radius", 1), "height": ("length", 1)}
-# The dimensions of shapes, with their names in the files and the count of their numbers.
-SHAPES = {
-    "box": {"size": ("size", 3)},
-    "ellipsoid": {"semi_axes": ("radii", 3)},
-    "sphere": {"radius": ("radius", 1)},
-    "cylinder": ROUND,
-    "capsule": ROUND,
-}
-
-# The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles.
-LARGEST_MESH = 20_000_000
-
 
 def read_urdf(root: Element, folder: Path) -> Robot:
     """The links of the robot. Macros are not filled in, which is noted."""
@@ -227,47 +214,35 @@ class _Urdf:
         return {"body": {"mass": mass, "inertia": inertia, **frame}, "lines": lines}
 
     def link(self, element: Element, name: str) -> Link:
-        """A link. Geometry that cannot be read is like that of unknown volume."""
-        geometry = []
-        for part in element.all("visual", "collision"):
-            body = None
-            with suppress(DocumentError):
-                body = self._form(part, element)
-            geometry.append((part.tag, body))
+        geometry = list[Part]()
+        with suppress(DocumentError, OSError, ValueError):  # one part is not known, or no file has its name
+            geometry = [self._part(part, element) for part in element.all("visual", "collision")]
         link = Link(name, element.source, element.line, geometry=geometry)
         return link.weighed(lambda: self.weight(element))
 
-    def _form(self, part: Element, link: Element) -> Body | None:
+    def _part(self, part: Element, link: Element) -> Part:
+        """A part of the geometry. Raises DocumentError where it is not known how large it is."""
         frame, geometry = self.frame(part, link), part.find("geometry")
-        if geometry is None or not geometry.children:
-            return None
-        form = geometry.children[0]
-        if form.tag == "mesh":
-            return self._mesh(form, frame)
-        if form.tag not in SHAPES:
-            return None
-        sizes = {ours: form.numbers(*theirs) for ours, theirs in SHAPES[form.tag].items()}
-        plain = {key: values[0] if len(values) == 1 else values for key, values in sizes.items()}
-        return {"shape": form.tag, "density": 1, **plain, **frame}
+        for form in () if geometry is None else geometry.children:
+            match form.tag:
+                case "box":
+                    return Part(frame, [size / 2 for size in form.numbers("size", 3)])
+                case "sphere":
+                    return Part(frame, form.numbers("radius", 1) * 3)
+                case "cylinder":
+                    (radius,), (length,) = form.numbers("radius", 1), form.numbers("length", 1)
+                    return Part(frame, [radius, radius, length / 2])
+                case "mesh":
+                    name = form.value("filename") or form.value("uri") or ""
+                    return Part(frame, form.numbers("scale", 3, "1 1 1"), self._found(name))
+        raise part.refusal("no geometry of a known form")
 
-    def _mesh(self, form: Element, frame: Body) -> Body | None:
-        """A mesh of density 1 in a frame.
-
-        `package://` and the like stand for the folder of the robot, or for what is above the next name. None
-        for a file that is missing, very large, or read by another library, which would start for each link;
-        and where the scales along x, y and z differ.
-        """
-        from rigidcli.bodies.mesh_files import OWN
-
-        name, scale = form.value("filename") or form.value("uri") or "", form.numbers("scale", 3, "1 1 1")
-        rest = re.sub(r"^\w+://", "", name)
-        for guess in (rest, rest.partition("/")[2]) if Path(name).suffix.lower() in OWN else ():
-            path = self.folder / guess
-            with suppress(OSError, ValueError):  # no file has such a name
-                inside = path.resolve().is_relative_to(self.folder.resolve())
-                if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
-                    return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
-        return None
+    def _found(self, name: str) -> Path:
+        """The file of a mesh. `package://` and the like stand for a folder above, or for one in it."""
+        scheme, _, rest = name.rpartition("://")
+        places = [self.folder, *(self.folder.resolve().parents if scheme else ())]
+        names = [rest, *([rest.partition("/")[2]] if scheme else ())]
+        return next((p / n for p in places for n in names if (p / n).is_file()), self.folder / rest)
 
 
 # --- SDF

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from rigidcli.errors import DocumentError, Problem
@@ -18,13 +19,23 @@ ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 NO_MASS = "no mass"  # why a link has no mass properties, in most cases
 
 
+class Part(NamedTuple):
+    """A part of what a link looks like (visual) or collides with (collision), as a box along its `frame`.
+
+    The box is that of a `mesh` in a file, or goes from -1 to 1 m. A `scale` (3) multiplies its lengths.
+    """
+
+    frame: Body
+    scale: Sequence[Any]
+    mesh: Path | None = None
+
+
 class Link(NamedTuple):
     """A link: its name, where it is, and its mass properties as a document's body.
 
     `body` has a mass and a tensor about the centre of mass, at a `position` and turned by a `rotation` in the
     axes of the link. A link that has none is `without` it for a reason, or has a `problem`. `lines` are those
-    of the mass, the tensor and so on. `geometry` is what the link looks like or collides with: for each part
-    its role and a body of density 1 in the axes of the link, None where its volume is not known.
+    of the mass, the tensor and so on. `geometry` has all of its parts, or none where some are not known.
     """
 
     name: str
@@ -32,7 +43,7 @@ class Link(NamedTuple):
     line: int
     body: Body | None = None
     lines: Mapping[str, int] = {}
-    geometry: Sequence[tuple[str, Body | None]] = ()
+    geometry: Sequence[Part] = ()
     without: str = ""
     problem: Problem | None = None
 

@@ -86,11 +86,11 @@ def _robot(
 ) -> list[str]:
     """Lines with the number of valid links of a robot; problems of other links are printed as errors."""
     from rigidcli.document.load import read, robot_drafts
-    from rigidcli.studies.robots import remarks, repair, uncompared
+    from rigidcli.studies.robots import remarks, repair
 
     robot = robot_drafts(text, source, str(folder), **options)
     links = [draft.link for draft in robot.each if draft.link is not None]
-    tell_notes(source, [*robot.notes, *uncompared(links)], quiet)
+    tell_notes(source, robot.notes, quiet)
     valid = 0
     for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
@@ -100,7 +100,7 @@ def _robot(
                 hint = repair(link) if len(error.problems) == 1 else None
                 raise DocumentError([replace(p, hint=hint or p.hint) for p in error.problems]) from None
             valid += 1
-            for note in () if quiet else (*document.notes, *remarks(link, document)):
+            for note in () if quiet else remarks(link, document.notes):
                 complain(str(note))
     if valid < len(links):
         return [f"{valid} valid of {len(links)} links with a mass"]

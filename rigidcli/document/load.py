@@ -87,6 +87,7 @@ def drafts(path: str | os.PathLike[str], settings: Sequence[str] = (), **options
 
 def robot_drafts(text: str, source: str, folder: str, settings: Sequence[str] = (), **options: Any) -> Drafts:
     """Drafts of the links that have a mass or a problem. Raises DocumentError where `text` is not a robot."""
+    from rigidcli.bodies.composites import weighed
     from rigidcli.bodies.robot_formats import read_robot  # with expat
 
     robot = read_robot(text, source, pathlib.Path(folder))
@@ -106,20 +107,10 @@ def robot_drafts(text: str, source: str, folder: str, settings: Sequence[str] = 
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {first_few(names)}"
         for reason, names in without.items()
     ]
-    masses = [link.body["mass"] for link in robot.links if link.body is not None and _is_real(link.body)]
+    masses = [link.body["mass"] for link in robot.links if link.body is not None and weighed(link.body)]
     if len(masses) > 1:
         notes.append(f"{len(masses)} links have a mass, {float(sum(masses)):.6g} kg in all")
     return Drafts(links, [*robot.notes, *notes], robot.cure)
-
-
-def _is_real(body: Mapping[str, Any]) -> bool:
-    """Whether some body has the mass and the tensor of a link: else it is refused when it is read."""
-    from rigidcli.bodies.composites import KnownTensor
-
-    with suppress(ValidationError, ValueProblem):
-        KnownTensor.model_validate(body, context=Environment()).local(FLOAT)
-        return True
-    return False
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:

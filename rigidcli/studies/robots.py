@@ -1,193 +1,143 @@
-"""Notes on masses and tensors of a robot's links that are placeholders or do not fit the link's geometry.
+"""What is suspicious in a robot's links, and the slip behind a tensor that no body has.
 
-The geometry consists of the boxes, balls, meshes and the like that simulators draw (visual) or use for
-contacts (collision); here it is a body of uniform density.
+A link's geometry is what simulators draw (visual) and let touch (collision). Here it is only a box: real
+robots draw thin shells and parts of links, in which a mass is not spread evenly.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import combinations, product
-from typing import NamedTuple
+from decimal import Decimal
+from itertools import product
+from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
-from rigidcli.bodies.composites import Composite
-from rigidcli.bodies.robots import ENTRIES, Body, Link
+from rigidcli.bodies import mesh_files
+from rigidcli.bodies.composites import weighed
+from rigidcli.bodies.points import PointMasses
+from rigidcli.bodies.robots import ENTRIES, Link, Part
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.tensor import shortfall
-from rigidcli.document.document import Document
-from rigidcli.errors import Problem, RigidError, first_few
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.errors import Problem, RigidError
 from rigidcli.fields.environment import Environment
 
-# The least and the greatest density of a link (kg/m^3): that of foam, and that of osmium (22,590).
-LIGHTEST, HEAVIEST = 10.0, 23_000.0
-SOLID = 500.0, 20_000.0  # the densities (kg/m^3) of solids, from wood to tungsten
-# Mistakes by the factor that makes the density of the link that of a solid.
-SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in mm: a `scale` of 0.001?"}
-# Units in which tensors are often written by mistake, by their number in 1 kg m^2.
-UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
 # A centre of mass is suspicious farther outside the box of the geometry, in units of its diagonal.
 FAR_OUTSIDE = 0.25
-# Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones.
-FACTOR_OF_FORM = 10.0
-# A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
-# which the nearest units differ.
-FACTOR_OF_CURE = 3.0
-# Equal moments within this factor of the form's are no placeholder: balls and cubes have equal moments.
-FACTOR_OF_BALLS = 1.2
-# Factors of an entry that mend a wrong sign, or a decimal point that is up to three places off.
-EDITS = (-1.0, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
-MOST_OF_LINK = 200  # the most forms of a link that are compared with it, so that no file takes long
-# The places in `ENTRIES` of the entries of the matrix of a tensor.
-PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+FAR_OUTSIDE_IN_MM = 10.0  # it may be in mm where it is farther outside than this
+ALIKE = 1.01  # the extents of a ball differ by less than this factor
+PLACES = (-3, -2, -1, 1, 2, 3)  # by how many places a decimal point slips
 
 
-class LinkGeometry(NamedTuple):
-    """The geometry of a link in one role: its volume (m^3), and the moments (3, m^2) of 1 kg in it.
-
-    `box` holds the lowest and the highest of its coordinates (2 by 3, m), along the axes of the link.
-    """
-
-    role: str
-    volume: float
-    moments: Floats
-    box: Floats
-
-    def is_near(self, moments: Floats, factor: float) -> bool:
-        """Whether every moment (3, m^2) of 1 kg is within this factor of the form's moment."""
-        ratio = moments / self.moments
-        return bool((1 / factor <= ratio).all() and (ratio <= factor).all())
-
-
-@np.errstate(all="ignore")
-def remarks(link: Link, document: Document) -> list[Problem]:
-    """The suspicions about the mass and the tensor of a link, which is the body of the `document`."""
-    properties, size = document.physical.properties, document.arithmetic.size
-    assert properties.mass is not None
-    tensor = np.array([[size(entry) for entry in row] for row in properties.tensor])
+@np.errstate(all="ignore")  # coordinates of meshes may be as large as floats are
+def remarks(link: Link, notes: Sequence[str]) -> list[Problem]:
+    """The notes on the body of a link, and what is suspicious in it, with file and line."""
+    said = [("inertia", note, None) for note in notes]
     return [
         Problem(link.source, f"note: {text}", link.line_of(key), f"link {link.name}", hint)
-        for key, text, hint in _suspicions(
-            size(properties.mass), np.array([size(part) for part in properties.com]), tensor, _forms(link)
-        )
+        for key, text, hint in (*said, *_suspicions(link))
     ]
 
 
-def uncompared(links: Sequence[Link]) -> list[str]:
-    """A note that names the links whose geometry cannot be read at all."""
-    names = [link.name for link in links if link.geometry and not any(body for _, body in link.geometry)]
-    return [f"not compared with their geometry, which is not read here: {first_few(names)}"] if names else []
-
-
-def _forms(link: Link) -> list[LinkGeometry]:
-    """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
-    roles, forms = defaultdict[str, list[Body | None]](list), list[LinkGeometry]()
-    for role, body in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
-        roles[role].append(body)
-    for role, parts in roles.items():
-        with suppress(ValidationError, RigidError):
-            form = Composite.model_validate({"parts": parts}, context=Environment())
-            whole, points = form.properties(FLOAT), np.hstack([leaf.points() for leaf in form.leaves(FLOAT)])
-            volume = float(whole.mass or 0)  # of density 1
-            box = np.array([points.min(axis=1), points.max(axis=1)])
-            forms.append(LinkGeometry(role, volume, _moments(whole.tensor, volume), box))
-    return forms
-
-
-def _suspicions(
-    mass: float, com: Floats, tensor: Floats, forms: Sequence[LinkGeometry]
-) -> Iterator[tuple[str, str, str | None]]:
-    """A key, a reason and a hint for what is odd in a mass (kg), its centre (3, m) and tensor (kg m^2)."""
-    moments = _moments(tensor, mass)
-    placeholder = _placeholder(mass, tensor, any(form.is_near(moments, FACTOR_OF_BALLS) for form in forms))
-    if placeholder:
-        yield "inertia", placeholder, None
-    if not forms:
+def _suspicions(link: Link) -> Iterator[tuple[str, str, str | None]]:
+    """A key, a reason and a hint for what is odd in the tensor and the centre of mass."""
+    whole, box = weighed(link.body or {}), _box(link)
+    if link.body is None or whole is None:
         return
-    outside = [_outside(com, form.box) for form in forms]
-    if min(outside) > FAR_OUTSIDE:
-        where, hint = ", ".join(f"{part:.6g}" for part in com), None
-        if min(_outside(com / 1e3, form.box) for form in forms) <= 0:
-            hint = "the position may be in mm, expected m"
-        text = f"the centre of mass ({where}) m is outside its {forms[0].role}"
-        yield "position", f"{text}, by {min(outside):.3g} of its diagonal", hint
-    form, densities = forms[0], [mass / form.volume for form in forms]
-    if not any(LIGHTEST <= density <= HEAVIEST for density in densities):
-        text = f"{mass:g} kg in the {form.volume:.3g} m^3 of its {form.role} would be"
-        slips = [words for factor, words in SLIPS.items() if SOLID[0] <= factor * densities[0] <= SOLID[1]]
-        yield "mass", f"{text} {densities[0]:.3g} kg/m^3", next(iter(slips), None)
-    if not placeholder and not any(form.is_near(moments, FACTOR_OF_FORM) for form in forms):
-        own, uniform = (", ".join(f"{moment * mass:.3g}" for moment in m) for m in (moments, form.moments))
-        text = f"the principal moments are {own}; {mass:g} kg in the form of its {form.role} have"
-        units = [unit for factor, unit in UNITS.items() if form.is_near(moments / factor, FACTOR_OF_CURE)]
-        hint = f"the tensor may be in {units[0]}, expected kg m^2" if len(units) == 1 else None
-        yield "inertia", f"{text} {uniform} kg m^2", hint
+    if reason := _placeholder(link.body["inertia"], box is not None and _is_ball(whole, box)):
+        yield "inertia", reason, None
+    if box is None:
+        return
+    distance, diagonal = _distance(whole.com, box), float(np.linalg.norm(box[1] - box[0]))
+    if distance > FAR_OUTSIDE * diagonal:
+        where = ", ".join(f"{part:.6g}" for part in whole.com)
+        text = f"the centre of mass ({where}) m is {distance:.3g} m outside the box of its geometry"
+        is_in_mm = distance > FAR_OUTSIDE_IN_MM * diagonal and _distance(whole.com / 1e3, box) == 0
+        hint = "the position may be in mm, expected m" if is_in_mm else None
+        yield "position", f"{text}, whose diagonal is {diagonal:.3g} m", hint
 
 
-def _outside(point: Floats, box: Floats) -> float:
-    """How far a point (3, m) is outside a box (2 by 3, m), in units of its diagonal."""
-    off = np.maximum(np.maximum(box[0] - point, point - box[1]), 0.0)
-    return float(np.linalg.norm(off) / np.linalg.norm(box[1] - box[0]))
-
-
-def _moments(tensor: Floats, mass: float) -> Floats:
-    """The principal moments (3, m^2), ascending, of 1 kg of a body with this tensor and mass."""
-    return np.asarray(np.linalg.eigvalsh(tensor) / mass, dtype=np.float64)
-
-
-def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
-    """Why a tensor looks like a placeholder; one that `fits` the geometry is that of a ball or a cube."""
-    if not tensor.any():
-        return "the tensor is zero: this is a point, which most simulators refuse or change"
-    moment = float(tensor[0, 0])
-    if fits or np.abs(tensor - moment * np.eye(3)).max() > 1e-9 * abs(moment):  # turned axes leave rounding
+def _placeholder(inertia: Mapping[str, Any], is_ball: bool) -> str | None:
+    """Why a tensor (kg m^2) looks as if nobody had worked it out; a ball has equal moments, too."""
+    xx, xy, xz, yy, yz, zz = (float(inertia[key]) for key in ENTRIES)
+    if any((xy, xz, yz)) or not xx == yy == zz:
         return None
-    if moment == 1:
-        return "the identity tensor looks like a placeholder"
-    if f"{moment:e}".startswith("1.000000e"):
-        return f"{moment:g} kg m^2 for each moment looks like a placeholder"
-    if mass == 1:
-        return f"equal moments ({moment:g} kg m^2) and a mass of 1 kg look like placeholders"
+    if xx == 0:
+        return "the tensor is zero: this is a point, which most simulators refuse or change"
+    if f"{xx:e}".startswith("1.000000e") and not is_ball:
+        return f"{xx:g} kg m^2 for each moment looks like a placeholder"
     return None
 
 
 @np.errstate(all="ignore")
 def repair(link: Link) -> str | None:
-    """The edit of one place that makes the tensor of a link that of a body; None unless it is the only one.
+    """The slip in one entry that explains a tensor that no body has; None unless a single one does.
 
-    An edit changes a sign, moves a decimal point, or exchanges two entries. Where the link has geometry, the
-    moments must then be near those of its form.
+    A sign is wrong, or a decimal point is some places off. Without the slip, the tensor must be one that a
+    body in the box of the geometry can have.
     """
-    body = link.body or {}
-    given, mass = body.get("inertia", {}), float(body.get("mass", 0))
-    entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
-    if shortfall(entries[PLACES]) is None:
+    body = link.body
+    if body is None or weighed(body) is not None:
         return None
-    forms, repairs = _forms(link), []
-    for words, edited in _edits(entries):
-        tensor = edited[PLACES]
-        moments = _moments(tensor, mass)
-        is_body = shortfall(tensor) is None and moments[0] > 0
-        if is_body and (not forms or any(form.is_near(moments, FACTOR_OF_CURE) for form in forms)):
-            repairs.append(words)
-    if len(repairs) != 1:
+    box, found = _box(link), list[str]()
+    for key, entry in body["inertia"].items():
+        for slip, mended in _mended(entry):
+            whole = weighed({**body, "inertia": {**body["inertia"], key: mended}})
+            if whole is not None and (box is None or _fits(whole, box)):
+                found.append(f"{key} = {mended:g} instead of {entry:g} (a slip of {slip})")
+    if len(found) != 1:
         return None
-    return f"a body would have it with {repairs[0]}; no other single slip explains it"
+    return f"a body would have it with {found[0]}; no other single slip explains it"
 
 
-def _edits(entries: Floats) -> Iterator[tuple[str, Floats]]:
-    """The edits of the entries (6) of a tensor in words, with the edited entries."""
-    for place, factor in product(np.flatnonzero(entries), EDITS):
-        edited = entries.copy()
-        edited[place] = float(f"{entries[place] * factor:.15g}")  # 0.3 times ten is 3, as in a text
-        slip = "the sign" if factor < 0 else "the decimal point"
-        yield f"{ENTRIES[place]} = {edited[place]:g} instead of {entries[place]:g} (a slip of {slip})", edited
-    for pair in combinations(range(6), 2):
-        if entries[pair[0]] != entries[pair[1]]:
-            edited = entries.copy()
-            edited[list(pair)] = entries[list(pair[::-1])]
-            yield f"{ENTRIES[pair[0]]} and {ENTRIES[pair[1]]} exchanged", edited
+def _mended(entry: Decimal) -> Iterator[tuple[str, Decimal]]:
+    """The slips that an entry may come from, and the entries that were meant."""
+    if entry:
+        yield "the sign", -entry
+        for places in PLACES:
+            yield "the decimal point", entry.scaleb(places)
+
+
+# --- the box of the geometry
+
+
+def _box(link: Link) -> Floats | None:
+    """The least and the greatest coordinates (2 by 3, m) of the geometry; None where it is not known."""
+    with suppress(RigidError, KeyError, ValueError):  # there is none, or a mesh cannot be read
+        corners = np.vstack([_corners(part) for part in link.geometry])
+        return np.array([corners.min(axis=0), corners.max(axis=0)])
+    return None
+
+
+def _corners(part: Part) -> Floats:
+    """The corners (8 by 3, m) of the box of a part, along the axes of the link."""
+    box = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    if part.mesh is not None:
+        triangles = mesh_files.OWN[part.mesh.suffix.lower()](part.mesh)  # other readers take a second each
+        box = np.array([triangles.min(axis=(0, 2)), triangles.max(axis=(0, 2))], dtype=np.float64)
+    corners = np.array(list(product(*(box * np.array(part.scale, dtype=np.float64)).T)))
+    origin = PointMasses.model_validate({"points": [[1, 0, 0, 0]], **part.frame}, context=Environment())
+    turn, shift = origin.motion(FLOAT)
+    return np.asarray(corners @ turn.T + shift)
+
+
+def _distance(point: Floats, box: Floats) -> float:
+    """How far (m) a point (3, m) is outside a box (2 by 3, m)."""
+    return float(np.linalg.norm(np.maximum(np.maximum(box[0] - point, point - box[1]), 0.0)))
+
+
+def _fits(whole: MassProperties, box: Floats) -> bool:
+    """Whether a body with all of its mass in the box (2 by 3, m) can have this tensor.
+
+    In a range of length a, the mean square distance from the centre of mass is at most (a/2)^2: with half of
+    the mass at either end.
+    """
+    squares = np.trace(whole.tensor) / 2 - whole.tensor.diagonal()  # sum m x^2 along x, y and z
+    return bool((squares <= whole.mass * (np.ptp(box, axis=0) / 2) ** 2).all())
+
+
+def _is_ball(whole: MassProperties, box: Floats) -> bool:
+    """Whether the body may be a ball, or a cube, in the box (2 by 3, m)."""
+    extents = np.ptp(box, axis=0)
+    return bool(extents.max() < ALIKE * extents.min()) and _fits(whole, box)

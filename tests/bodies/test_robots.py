@@ -316,7 +316,7 @@ def test_a_mutated_file_is_answered_or_refused(ending: str) -> None:
             try:
                 document = read_draft(each)
                 assert each.link is not None
-                remarks(each.link, document)
+                remarks(each.link, document.notes)
                 rigidcli.axes(document)
             except RigidError:
                 repair(each.link)

@@ -6,7 +6,6 @@ import csv
 import io
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -89,6 +88,21 @@ def test_no_edit_is_named_where_two_help(program: Program, tmp_path: Path) -> No
     assert "instead of" not in outcome.err
 
 
+NOTED = """<robot name="r">
+<link name="absurd"><inertial><mass value="1.2"/>
+<inertia ixx="9000" ixy="0" ixz="0" iyy="9000" iyz="0" izz="9000"/></inertial></link>
+<link name="noise"><inertial><mass value="1.3"/>
+<inertia ixx="2e-35" ixy="0" ixz="0" iyy="2e-35" iyz="0" izz="2e-35"/></inertial></link></robot>"""
+
+
+def test_notes_on_the_body_of_a_link_name_its_line(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "noted.urdf"
+    path.write_text(NOTED)
+    _, absurd, noise = program("validate", str(path)).err.splitlines()
+    assert absurd.startswith(f"{path}:3: link absurd: note: a radius of gyration of 86.6 m is large")
+    assert noise.startswith(f"{path}:5: link noise: note: a radius of gyration of 4e-18 m is rounding: ")
+
+
 WHOLE = {
     "urdf": '<robot name="r"><link name="l">{}</link></robot>',
     "sdf": '<sdf version="1.9"><model name="m"><link name="l">{}</link></model></sdf>',
@@ -125,29 +139,37 @@ def test_a_block_holds_what_is_read_back(form: str, program: Program, tmp_path: 
         assert told[key] == back[key]
 
 
-def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) -> None:
-    trimesh: Any = pytest.importorskip("trimesh", reason="it writes the mesh of a bar in millimetres")
-    inside = tmp_path / "robot"
-    (inside / "meshes").mkdir(parents=True)
-    for folder in (inside / "meshes", tmp_path):
-        trimesh.creation.box(extents=(200, 300, 400)).export(folder / "bar.stl")
-    path = inside / "robot.urdf"
-    names = {
-        "package://anything/meshes/bar.stl": (0, "0.001 0.001 0.001"),
-        "meshes/bar.stl": (2, "1 1 1"),
-        "../bar.stl": (1, "1 1 1"),  # not read, which is noted
-        str(tmp_path / "bar.stl"): (1, "1 1 1"),
+FACET = "facet normal 0 0 0 outer loop vertex 0 0 0 vertex {} endloop endfacet\n"
+
+# Two triangles, which are no closed surface, in a box of 200 by 300 by 400 mm.
+DRAWN = "solid bar\n" + FACET.format("200 0 0 vertex 0 300 400") + FACET.format("200 300 0 vertex 0 0 400")
+
+
+def test_the_box_of_a_mesh_is_compared(program: Program, tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "urdf").mkdir()
+    for name in ("meshes/bar.stl", "urdf/bar.STL"):
+        (tmp_path / name).write_text(DRAWN + "endsolid bar\n")
+    path = tmp_path / "urdf" / "robot.urdf"
+    told = {
+        "package://anything/meshes/bar.stl": True,
+        f"package://{tmp_path.name}/meshes/bar.stl": True,
+        "../meshes/bar.stl": True,
+        "bar.STL": True,
+        f"file://{tmp_path}/meshes/bar.stl": True,
+        "meshes/bar.stl": False,  # there is no such file
+        "bar.dae": False,
+        "b" * 5000 + ".stl": False,
     }
-    for name, (notes, scale) in names.items():
-        mesh = f'<visual><geometry><mesh filename="{name}" scale="{scale}"/></geometry></visual>'
-        path.write_text(block("0.5 0 0 0.4 0 0.26", mesh, "24"))
+    shape = "<visual><geometry>{}</geometry></visual>"
+    beside = shape.format('<sphere radius="0.01"/>')
+    for name, is_told in told.items():
+        mesh = shape.format(f'<mesh filename="{name}" scale="0.001 0.001 0.001"/>')
+        path.write_text(block("0.5 0 0 0.4 0 0.26", mesh + beside, "24", '<origin xyz="0.1 0.1 0.6"/>'))
         outcome = program("validate", str(path))
         assert outcome.code == 0
-        assert outcome.err.count("note: ") == notes, outcome.err
-        assert ("hint: the lengths may be in mm" in outcome.err) == (notes > 1)
-        assert ("not compared with their geometry, which is not read here: l\n" in outcome.err) == (
-            notes == 1
-        )
+        text = "is 0.2 m outside the box of its geometry, whose diagonal is 0.555 m\n"
+        assert outcome.err.endswith(text) == is_told == bool(outcome.err), (name, outcome.err)
 
 
 def test_a_link_is_a_form_of_body_in_documents(program: Program, tmp_path: Path) -> None:
