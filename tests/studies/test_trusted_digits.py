@@ -101,6 +101,18 @@ def test_a_narrow_wall_far_away_is_found(wall: str) -> None:
         assert report.notes == ()
 
 
+def test_every_wall_of_two_narrow_ones_is_found() -> None:
+    wall = "exp(-((x - 1)/0.01)**2) + exp(-((x + 1)/0.01)**2)"
+    report = orbit(f'hamiltonian: "p_x**2/2 + {wall}"', "x: 0.3, p_x: 0.6", "[0, 13]")
+    found = report["orbit"]
+    # It is turned at 1, -1, 1 and -1, each time to within a few widths of the wall.
+    path = 0.3 + 0.6 * 13
+    assert found["p"]["p_x"][-1] == pytest.approx(0.6, rel=1e-6)
+    assert found["q"]["x"][-1] == pytest.approx(path - 8, abs=4 * 0.05)
+    assert found["trusted_digits"] > 7
+    assert report.notes == ()
+
+
 PULSES = [
     ("{a}*exp(-((t - 5.3)/{w})**2)", math.sqrt(math.pi)),
     ("{a}*exp(-abs(t - 5.3)/{w})", 2.0),
