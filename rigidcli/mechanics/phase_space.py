@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from contextlib import suppress
 from typing import NamedTuple
 
-from rigidcli.algebra.atoms import Applied, Group
+from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficient, coefficients, free_of, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.simplification import is_product, shortest, spread, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
-from rigidcli.errors import ExpressionError
 
 TIME = "t"
 
@@ -43,21 +41,15 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
     ]
     parts = spread(hamiltonian)
     potential = free_of(phase.momenta, parts)
-    return (*velocities, *(_force(parts - potential, potential, name, phase) for name in phase.coordinates))
+    return (*velocities, *(_force(parts - potential, potential, name) for name in phase.coordinates))
 
 
-def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
-    """-dH/dq, with what comes from terms with momenta by itself, but where both parts are shorter together.
+def _force(kinetic: Expr, potential: Expr, name: str) -> Expr:
+    """-dH/dq: what comes from terms with momenta by itself, or both together where that is shorter.
 
-    Where something is left without momenta, as in a rotating frame, the two may cancel.
+    In a rotating frame the two may cancel.
     """
-    parts = [tidy(-derivative(e, name)) for e in (kinetic, potential)]
-    apart = total(parts)
-    below = [{a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0} for e in parts]
-    with suppress(ExpressionError):
-        at_rest = substitute(parts[0], dict.fromkeys(phase.momenta, ZERO))
-        if any(e.is_zero for e in parts) or (at_rest.is_zero and below[0].isdisjoint(below[1])):
-            return apart
+    apart = total(tidy(-derivative(e, name)) for e in (kinetic, potential))
     return shortest([apart, tidy(-derivative(kinetic + potential, name))])
 
 
