@@ -34,15 +34,15 @@ MOST_LINES = {
     "algebra": 2972,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5088,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2076,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
-    "core": 4639,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4652,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3344,  # cures for people who know other tools; constraints, observables
     "fields": 2049,  # a section reads on with the key that is meant
     "homework": 9260,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
     "language": 2620,  # sentences around formulas; one reader, with readings; one pattern of numbers
-    "mechanics": 2959,  # generating functions and their inverses, conserved quantities by Noether
+    "mechanics": 2951,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key
     "render": 2757,  # formulas within sentences are typeset; a slider over the values of a sweep
-    "studies": 7837,  # constraints, observables, many orbits, periods; the response to driving forces
+    "studies": 7866,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1625,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from rigidcli.core import dormand_prince, many
 from rigidcli.core.arithmetic import EPS, Floats, Mask
-from rigidcli.core.many import ManyStarts, Paths
+from rigidcli.core.many import LARGEST, ManyStarts, Paths
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
@@ -128,8 +128,9 @@ def paths(problem: ManyStarts, starts: Floats, times: Floats, looks: int) -> Pat
 
     As many starts are stepped at once as the processor has lanes, each in steps of its own. At so many
     `looks` on the way it is seen how large the variables are, and whether something narrow may be passed:
-    then a start is `alone`, as is one whose series ends. There is no check of the slopes as in `solve`: two
-    solutions in other steps pass a branch point differently.
+    then a start is `alone`, as is one whose series ends, or whose energies are beyond the range of floats.
+    There is no check of the slopes as in `solve`: two solutions in other steps pass a branch point
+    differently.
 
     Raises ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
@@ -147,7 +148,7 @@ def paths(problem: ManyStarts, starts: Floats, times: Floats, looks: int) -> Pat
         for some in np.split(same, range(lanes, len(same), lanes)):
             path, found.steps[some] = _batch(integrator, starts[:, some], longest[some], grid)
             found.states[..., some], found.largest[:, some] = path[sampled], np.abs(path).max(axis=0)
-            ended = ~np.isfinite(path).all(axis=(0, 1))
+            ended = ~(np.abs(path) < LARGEST).all(axis=(0, 1))  # also where it is NaN
             found.alone[some] = ended | _passes(watched, regular, path[looked_at])
     return found
 
