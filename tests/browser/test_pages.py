@@ -35,7 +35,7 @@ def test_a_page_of_the_command_line(browser: Browser, program: Program, tmp_path
         assert browser.overflow <= 0, width
     for link in browser.driver.find_elements("css selector", "nav a"):
         link.click()
-        assert browser.ask("Math.abs(document.querySelector(location.hash).getBoundingClientRect().y) < 5")
+        browser.wait("Math.abs(document.querySelector(location.hash).getBoundingClientRect().y) < 5")
     assert len(browser.driver.find_elements("css selector", "figure canvas")) == len(FILES)
     assert browser.complaints() == []
     assert browser.requests() == [file.as_uri()]
