@@ -121,7 +121,7 @@ class AxesKind(AnswerKind):
         return ReadAnswer(Pairs(moments, axes), "; ".join(texts), doubt)
 
     def judge(self, key: AxesKey, value: Pairs) -> Outcome:
-        """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
+        """The outcome of pairs, one by one: a pair is right if both its moment and its axis are."""
         count, answer = len(value.axes), _Answer(key, value)
         truths = [answer.pair(k) for k in range(count)]
         worth, findings = answer.worth(truths)
@@ -208,9 +208,9 @@ class _Answer:
             above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
             return np.asarray(above / below)
 
-    def worth(self, truths: Sequence[Same]) -> tuple[float, list[Finding]]:
+    def worth(self, truths: Sequence[Same]) -> tuple[int, list[Finding]]:
         """How many pairs are right, by the truths of all, and what is said of the others."""
-        worth, findings = 0.0, list[Finding]()
+        worth, findings = 0, list[Finding]()
         seen, sound = list[int](), list[int]()
         ranks = np.argsort(self.ruler.numbers(self.given.moments)[:, 0]).tolist()
         partners, has_moments = arrays.matched(self.moments, ranks), bool(self.given.moments)
@@ -224,14 +224,11 @@ class _Answer:
             is_free = self.key.question.orthogonal == "optional" or truth is not True
             if not is_free and not self.orthogonal([*sound, k]):
                 findings.append(Finding("axes_not_orthogonal", place))
-                worth += 0.5 * has_moments
             elif truth is True:
                 sound.append(k)
                 worth += 1
             elif truth is False:
                 moment = k in partners
-                # Where every direction is an axis, one is worth nothing without its moment.
-                worth += 0.5 * (moment or (axis is True and not self.key.equal.all()))
                 if axis is not True:
                     findings.append(Finding("not_an_eigenvector", place))
                 elif moment:
@@ -242,15 +239,17 @@ class _Answer:
 
     def by_rules(self) -> Outcome:
         """The outcome of three right pairs: whether they keep the rules of the question."""
-        question, half = self.key.question, 0.5 * bool(self.given.moments)
+        question = self.key.question
         if question.unit == "required" and self.ruler.has_units and arrays.are_bare(self.given.moments):
-            return Outcome.earning(half, Finding("unit_missing"))
+            return Outcome.earning(0.0, Finding("unit_missing"))
         moments = self.expected()[:, 0] if question.order == "ascending" else ()
         if any(own < before - self.ruler.slack * abs(before) for before, own in pairwise(moments)):
             return Outcome.earning(0.0, Finding("wrong_order"))
-        for k, axis in enumerate(self.given.axes if question.normalized == "required" else (), 1):
-            if not arrays.has_unit_length(self.ruler, axis):
-                return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k}"))
+        if question.normalized == "required":
+            places = [k for k in range(3) if not arrays.has_unit_length(self.ruler, self.given.axes[k])]
+            if places:
+                findings = [Finding("axis_not_normalised", f"axis {k + 1}") for k in places]
+                return Outcome.earning(1 - len(places) / 3, *findings)
         return Outcome.correct()
 
 
