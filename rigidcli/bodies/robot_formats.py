@@ -27,7 +27,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Part, Robot, Weight
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, GeometryPart, Link, Robot, Weight
 from rigidcli.errors import DocumentError, Problem, ValueProblem, first_few, shortened, shown
 from rigidcli.fields.texts import read_text
 from rigidcli.language.numerals import NUMERAL
@@ -214,27 +214,27 @@ class _Urdf:
         return {"body": {"mass": mass, "inertia": inertia, **frame}, "lines": lines}
 
     def link(self, element: Element, name: str) -> Link:
-        geometry = list[Part]()
+        geometry = list[GeometryPart]()
         with suppress(DocumentError, OSError, ValueError):  # one part is not known, or no file has its name
             geometry = [self._part(part, element) for part in element.all("visual", "collision")]
         link = Link(name, element.source, element.line, geometry=geometry)
         return link.weighed(lambda: self.weight(element))
 
-    def _part(self, part: Element, link: Element) -> Part:
+    def _part(self, part: Element, link: Element) -> GeometryPart:
         """A part of the geometry. Raises DocumentError where it is not known how large it is."""
         frame, geometry = self.frame(part, link), part.find("geometry")
         for form in () if geometry is None else geometry.children:
             match form.tag:
                 case "box":
-                    return Part(frame, [size / 2 for size in form.numbers("size", 3)])
+                    return GeometryPart(frame, [size / 2 for size in form.numbers("size", 3)])
                 case "sphere":
-                    return Part(frame, form.numbers("radius", 1) * 3)
+                    return GeometryPart(frame, form.numbers("radius", 1) * 3)
                 case "cylinder":
                     (radius,), (length,) = form.numbers("radius", 1), form.numbers("length", 1)
-                    return Part(frame, [radius, radius, length / 2])
+                    return GeometryPart(frame, [radius, radius, length / 2])
                 case "mesh":
                     name = form.value("filename") or form.value("uri") or ""
-                    return Part(frame, form.numbers("scale", 3, "1 1 1"), self._found(name))
+                    return GeometryPart(frame, form.numbers("scale", 3, "1 1 1"), self._found(name))
         raise part.refusal("no geometry of a known form")
 
     def _found(self, name: str) -> Path:

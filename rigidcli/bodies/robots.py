@@ -19,7 +19,7 @@ ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 NO_MASS = "no mass"  # why a link has no mass properties, in most cases
 
 
-class Part(NamedTuple):
+class GeometryPart(NamedTuple):
     """A part of what a link looks like (visual) or collides with (collision), as a box along its `frame`.
 
     The box is that of a `mesh` in a file, or goes from -1 to 1 m. A `scale` (3) multiplies its lengths.
@@ -43,7 +43,7 @@ class Link(NamedTuple):
     line: int
     body: Body | None = None
     lines: Mapping[str, int] = {}
-    geometry: Sequence[Part] = ()
+    geometry: Sequence[GeometryPart] = ()
     without: str = ""
     problem: Problem | None = None
 

@@ -17,7 +17,7 @@ import numpy as np
 from rigidcli.bodies import mesh_files
 from rigidcli.bodies.composites import weighed
 from rigidcli.bodies.points import PointMasses
-from rigidcli.bodies.robots import ENTRIES, Link, Part
+from rigidcli.bodies.robots import ENTRIES, GeometryPart, Link
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import Problem, RigidError
@@ -110,7 +110,7 @@ def _box(link: Link) -> Floats | None:
     return None
 
 
-def _corners(part: Part) -> Floats:
+def _corners(part: GeometryPart) -> Floats:
     """The corners (8 by 3, m) of the box of a part, along the axes of the link."""
     box = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
     if part.mesh is not None:
