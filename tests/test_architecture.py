@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 4652,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3344,  # cures for people who know other tools; constraints, observables
     "fields": 2049,  # a section reads on with the key that is meant
-    "homework": 9259,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
+    "homework": 9264,  # doubts of what stands around a value; variants; one rule for whose a hand-in is
     "language": 2620,  # sentences around formulas; one reader, with readings; one pattern of numbers
     "mechanics": 2951,  # generating functions and their inverses, conserved quantities by Noether
     "reference": 572,  # examples of keys, the words of a course, and sentences on the value of each key

@@ -96,6 +96,11 @@ class ArrayKind(AnswerKind):
 
     def read(self, key: ArrayKey, answer: Tree) -> ReadAnswer:
         table = self.shaped(key, self.table(answer))
+        if isinstance(answer, str) and table.shape != key.entries.shape:
+            # `10, 17,32` has three entries, or two of which one has a decimal comma.
+            with suppress(Unreadable):
+                other = self.shaped(key, self.table(re.sub(r",\s", "; ", answer)))
+                table = other if other.shape == key.entries.shape else table
         if not self.fits(key, table.shape):
             words = f"{shown(answer)} as one entry" if table.size == 1 else how_many(table.shape)
             raise Unreadable("wrong_shape", f"read {words}, expected {how_many(key.entries.shape)}")
